@@ -1,0 +1,30 @@
+"""One error family: every message is one line, names what is wrong and what is available."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+
+class TwinError(Exception):
+    """Bad input or an impossible request. The command line prints it as one line, exit code 2."""
+
+    def __str__(self) -> str:
+        return " ".join(super().__str__().split())
+
+
+class RecordingError(TwinError):
+    """A recording, or the file it comes from, cannot be used."""
+
+
+class ModelError(TwinError):
+    """An MJCF model or a frame design cannot be used."""
+
+
+class IdentificationError(TwinError):
+    """The data do not allow the identification that was asked for."""
+
+
+def available(names: Iterable[str]) -> str:
+    """Return the names as a readable list for the end of an error message."""
+    listed = list(names)
+    return ", ".join(listed) if listed else "none"
