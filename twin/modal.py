@@ -29,7 +29,6 @@ class ModalModel:
         damping_ratio_std: standard deviations or None, (modes,).
 
     Source: eqs. (8)-(10), (47)-(48); names after sdypy's SEP 2.
-
     """
 
     natural_freq: Array

@@ -70,7 +70,6 @@ class Recording:
 
     Raises:
         RecordingError: doubled channels, a wrong shape, or samples that are not finite.
-
     """
 
     sampling_hz: float

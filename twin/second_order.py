@@ -26,7 +26,6 @@ class SecondOrderModel:
         coordinates: the name of each generalised coordinate ("floor1", "pendulum").
 
     Source: eqs. (2)-(6), (41), (54).
-
     """
 
     M: Array
@@ -73,7 +72,6 @@ class SecondOrderModel:
 
         Raises:
             ValueError: an input is not one of the coordinates.
-
         """
         n = len(self.M)
         T = np.zeros((n, len(inputs)))

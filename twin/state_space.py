@@ -27,7 +27,6 @@ class StateSpace:
         G: observer gain (order, outputs) of eq. (12), where one was identified.
 
     Source: eqs. (11)-(15).
-
     """
 
     A: Array

@@ -1,0 +1,1 @@
+"""Identification of linear models from recordings: OKID, ERA and what refines them."""

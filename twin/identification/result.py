@@ -1,0 +1,75 @@
+"""What an identification found."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.arrays import frozen
+from twin.modal import ModalModel
+from twin.recording import Recording
+from twin.second_order import SecondOrderModel
+from twin.state_space import StateSpace
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Identification:
+    """An identified linear model, with the uncertainty of every modal parameter.
+
+    Attributes:
+        modal: natural frequencies, damping ratios and shapes with standard deviations.
+        natural_freq_bound: Cramer-Rao bound of the natural frequencies [Hz], or None, (modes,).
+        damping_ratio_bound: Cramer-Rao bound of the damping ratios, or None, (modes,).
+        state_space: discrete-time realization at the recording's rate, observer gain included.
+        singular_values: of the Hankel matrix of eq. (33), largest first.
+        order: number of states kept.
+        second_order: M, R, K of eq. (41), or None (the notes say why).
+        alpha: mass-proportional damping coefficient of eq. (43) [1/s], or None.
+        beta: stiffness-proportional damping coefficient of eq. (43) [s], or None.
+        inputs: channels that drive the structure.
+        outputs: channels that respond, the rows of every shape.
+        sampling_hz: sampling frequency [Hz].
+        route: which estimate this is, in words.
+        recordings: what it was fitted to.
+        predicted: outputs re-simulated from the measured inputs, one array a recording,
+            (samples, outputs).
+        notes: what a reader has to know, one sentence each.
+    """
+
+    modal: ModalModel
+    state_space: StateSpace
+    singular_values: Array
+    order: int
+    second_order: SecondOrderModel | None
+    alpha: float | None
+    beta: float | None
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    sampling_hz: float
+    route: str
+    recordings: tuple[Recording, ...]
+    predicted: tuple[Array, ...]
+    natural_freq_bound: Array | None = None
+    damping_ratio_bound: Array | None = None
+    notes: tuple[str, ...] = field(default=())
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "singular_values", frozen(self.singular_values, float))
+        object.__setattr__(self, "predicted", tuple(frozen(p, float) for p in self.predicted))
+        for name in ("natural_freq_bound", "damping_ratio_bound"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, frozen(getattr(self, name), float))
+
+    @property
+    def nrmse(self) -> float:
+        """RMS of measured less re-simulated output over RMS of the output, pooled over outputs."""
+        error = power = 0.0
+        for recording, predicted in zip(self.recordings, self.predicted, strict=True):
+            measured = recording.matrix(self.outputs)
+            error += float(np.sum((measured - predicted) ** 2))
+            power += float(np.sum(measured**2))
+        return float(np.sqrt(error / power)) if power > 0 else float("nan")
