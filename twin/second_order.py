@@ -78,5 +78,5 @@ class SecondOrderModel:
         for column, name in enumerate(inputs):
             T[self.coordinates.index(name), column] = 1.0
         A = self.state_matrix()
-        direct = np.linalg.solve(self.M, T)
+        direct = np.asarray(np.linalg.solve(self.M, T), float)
         return StateSpace(A, np.vstack([np.zeros_like(direct), direct]), A[n:], direct, None)

@@ -1,0 +1,161 @@
+"""Observer/Kalman filter identification of Markov parameters, eqs. (21)-(30)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from twin.errors import IdentificationError
+
+Array = NDArray[np.float64]
+Record = tuple[Array, Array]
+"""One record: input (samples, inputs) and output (samples, outputs)."""
+
+WELL_CONDITIONED = 1e-9
+"""Normal equations square the condition number: below this reciprocal, QR is used instead."""
+
+CHUNK = 8192
+"""Rows a step of the streamed QR adds; memory does not grow with the record."""
+
+
+@dataclass(frozen=True)
+class ObserverMarkov:
+    """Observer Markov parameters of eqs. (19) and (22).
+
+    Attributes:
+        D: direct transmission, (outputs, inputs).
+        Y1: the parameters that multiply past inputs, (p, outputs, inputs).
+        Y2: the parameters that multiply past outputs, signs as in eq. (21), (p, outputs, outputs).
+    """
+
+    D: Array
+    Y1: Array
+    Y2: Array
+
+    def markov(self, count: int) -> Array:
+        """Return D and the combined Markov parameters of eqs. (29)-(31).
+
+        Entry k >= 1 is Gamma_k = [Y_k, Y0_k]; entry 0 is [D, 0].
+
+        Returns:
+            Array of shape (count + 1, outputs, inputs + outputs).
+        """
+        p, m, r = self.Y1.shape
+        gamma = np.zeros((count + 1, m, r + m))
+        gamma[0, :, :r] = self.D
+        own = np.concatenate([self.Y1, self.Y2], axis=2)
+        past = self.Y2.transpose(1, 0, 2)
+        for k in range(1, count + 1):
+            reach = min(k, p)
+            history = gamma[k - reach : k][::-1].reshape(reach * m, r + m)
+            gamma[k] = -past[:, :reach].reshape(m, reach * m) @ history
+            if k <= p:
+                gamma[k] += own[k - 1]
+        return gamma
+
+
+def okid(records: Sequence[Record], p: int, at_rest: bool = True) -> ObserverMarkov:
+    """Identify the observer Markov parameters by least squares over all records, eq. (28).
+
+    The Gram matrix of the data matrix (27) is summed from lag products, without the data matrix;
+    where it is ill-conditioned (little or no noise) a streamed QR factorisation, which does not
+    square the condition number, takes its place.
+
+    Args:
+        records: inputs and outputs, each (samples, channels), of equal sampling rate.
+        p: number of observer Markov parameters.
+        at_rest: whether the zeros that (27) puts before the first sample are true.
+
+    Raises:
+        IdentificationError: the records are too short for p.
+    """
+    r, m = records[0][0].shape[1], records[0][1].shape[1]
+    unknowns = r + (r + m) * p
+    usable = sum(len(u) if at_rest else max(len(u) - p, 0) for u, _ in records)
+    if p < 1 or usable < unknowns:
+        raise IdentificationError(
+            f"{usable} usable samples are too few for {unknowns} observer Markov parameters "
+            f"(p = {p}); use a p of at most {max((usable - r) // (r + m + (not at_rest)), 0)}"
+        )
+    theta = _by_normal_equations(records, p, at_rest)
+    if theta is None:
+        theta = _by_qr(records, p, at_rest)
+    D, past = theta[:r].T, theta[r:].reshape(p, r + m, m)
+    return ObserverMarkov(D, past[:, :r].transpose(0, 2, 1), -past[:, r:].transpose(0, 2, 1))
+
+
+def _by_normal_equations(records: Sequence[Record], p: int, at_rest: bool) -> Array | None:
+    r, m = records[0][0].shape[1], records[0][1].shape[1]
+    q = r + m
+    total = np.zeros((p + 1, q, p + 1, q))
+    for u, y in records:
+        total += _gram(np.hstack([u, y]), p, at_rest)
+    gram = total.reshape((p + 1) * q, (p + 1) * q)
+    target = np.arange(r, q)
+    regressors = np.r_[0:r, q : (p + 1) * q]
+    scale = np.sqrt(np.maximum(np.diag(gram), np.finfo(float).tiny))
+    gram = gram / np.outer(scale, scale)
+    normal = gram[np.ix_(regressors, regressors)]
+    factor, info = linalg.lapack.dpotrf(normal)
+    if info != 0:
+        return None
+    reciprocal, _ = linalg.lapack.dpocon(factor, float(np.abs(normal).sum(axis=0).max()))
+    if reciprocal < WELL_CONDITIONED:
+        return None
+    solved = linalg.cho_solve((factor, False), gram[np.ix_(regressors, target)])
+    return np.asarray(solved * scale[target] / scale[regressors, None])
+
+
+def _gram(w: Array, p: int, at_rest: bool) -> Array:
+    """Sum over time of the products of w(k-i) and w(k-j), (p+1, q, p+1, q).
+
+    One lag product for each lag; the rest follows from the shift structure of (27).
+    """
+    samples, q = w.shape
+    gram = np.zeros((p + 1, q, p + 1, q))
+    for lag in range(min(p, samples - 1) + 1):
+        gram[0, :, lag] = w[lag:].T @ w[: samples - lag]
+    for i in range(p):
+        newest = w[samples - 1 - i] if i < samples else np.zeros(q)
+        for j in range(i, p):
+            oldest = w[samples - 1 - j] if j < samples else np.zeros(q)
+            gram[i + 1, :, j + 1] = gram[i, :, j] - np.outer(newest, oldest)
+    if not at_rest:
+        head = _shifted(w, p, 0, min(p, samples))
+        gram -= (head.T @ head).reshape(gram.shape)
+    flat = gram.reshape((p + 1) * q, (p + 1) * q)
+    upper = np.triu(flat)
+    return np.asarray((upper + np.triu(flat, 1).T).reshape(gram.shape))
+
+
+def _shifted(w: Array, p: int, start: int, stop: int) -> Array:
+    """Rows [w(k), w(k-1), .., w(k-p)] for start <= k < stop, zero before the first sample."""
+    padded = np.vstack([np.zeros((p, w.shape[1])), w])
+    return np.hstack([padded[p + start - lag : p + stop - lag] for lag in range(p + 1)])
+
+
+def _chunks(records: Sequence[Record], p: int, at_rest: bool) -> Iterator[Array]:
+    for u, y in records:
+        w = np.hstack([u, y])
+        for start in range(0 if at_rest else p, len(w), CHUNK):
+            first = max(start - p, 0)
+            stop = min(start + CHUNK, len(w))
+            yield _shifted(w[first:stop], p, start - first, stop - first)
+
+
+def _by_qr(records: Sequence[Record], p: int, at_rest: bool) -> Array:
+    r, m = records[0][0].shape[1], records[0][1].shape[1]
+    q = r + m
+    order = np.r_[0:r, q : (p + 1) * q, r:q]
+    triangle = np.zeros((0, (p + 1) * q))
+    for rows in _chunks(records, p, at_rest):
+        triangle = np.asarray(np.linalg.qr(np.vstack([triangle, rows[:, order]]), mode="r"))
+    unknowns = len(order) - m
+    left, right = triangle[:unknowns, :unknowns], triangle[:unknowns, unknowns:]
+    scale = np.maximum(np.linalg.norm(left, axis=0), np.finfo(float).tiny)
+    solution, *_ = np.linalg.lstsq(left / scale, right, rcond=None)
+    return np.asarray(solution / scale[:, None])
