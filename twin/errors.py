@@ -20,6 +20,10 @@ class ModelError(TwinError):
     """An MJCF model or a frame design cannot be used."""
 
 
+class ExperimentError(TwinError):
+    """A virtual test, its excitation or its instruments cannot be as described."""
+
+
 class IdentificationError(TwinError):
     """The data do not allow the identification that was asked for."""
 
