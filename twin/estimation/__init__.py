@@ -1,0 +1,1 @@
+"""Estimation theory as pure functions: bounds, and later filters and smoothers."""

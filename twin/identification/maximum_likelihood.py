@@ -1,0 +1,263 @@
+"""Maximum-likelihood refinement of a modal model with noise on outputs and inputs.
+
+The residual e = Y - G U of every frequency line has the covariance C = S_y + G S_u G^H, with
+white sensor noise S_y on the outputs and S_u on the measured inputs; the cost sum e^H C^-1 e is
+the errors-in-variables likelihood with the true inputs eliminated. Both noise levels are
+estimated from the residual.
+
+Source: Pintelon and Schoukens, System Identification (2012), ch. 9; output error for S_u = 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import optimize
+
+from twin.errors import IdentificationError
+from twin.estimation.noise import NoiseLevels, covariance, fit_noise, whitener
+from twin.identification.modal_response import (
+    Hold,
+    ModalParameters,
+    frequency_response,
+    jacobian,
+    respond,
+)
+from twin.identification.modal_start import from_poles
+from twin.identification.spectra import Spectrum
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+NOISE_ROUNDS = 3
+MAX_ZETA = 0.95
+
+
+@dataclass(frozen=True)
+class ModalFit:
+    """A maximum-likelihood modal model.
+
+    Attributes:
+        parameters: the estimate.
+        hold: what the input does between its samples.
+        residual: whether the out-of-band term is part of the model.
+        w_max: highest analysed angular frequency [rad/s].
+        noise: noise levels of outputs and inputs.
+        covariance: of the parameters in the order of ``jacobian``, by the sandwich formula, which
+            stays right where the noise is not quite as assumed.
+        fisher_covariance: the Cramer-Rao bound, the inverse of the Fisher information.
+        log_likelihood: of the residual.
+        unknowns: number of fitted parameters.
+        data: number of real data.
+    """
+
+    parameters: ModalParameters
+    hold: Hold
+    residual: bool
+    w_max: float
+    noise: NoiseLevels
+    covariance: Array
+    fisher_covariance: Array
+    log_likelihood: float
+    unknowns: int
+    data: int
+
+    @property
+    def bic(self) -> float:
+        """Bayesian information criterion, smaller is better."""
+        return -2 * self.log_likelihood + self.unknowns * float(np.log(self.data))
+
+    def modal_std(self, bound: bool = False) -> tuple[Array, Array]:
+        """Standard deviations of natural frequency [Hz] and damping ratio, or their bounds."""
+        n = len(self.parameters.omega)
+        std = np.sqrt(np.diag(self.fisher_covariance if bound else self.covariance))
+        return std[:n] * self.parameters.omega / (2 * np.pi), std[n : 2 * n]
+
+
+def pack(p: ModalParameters, residual: bool) -> Array:
+    """Return the free parameters as one real vector, records one after the other."""
+    free = np.arange(len(p.psi))[:, None] != p.anchor
+    shapes = np.concatenate([_real(p.psi[free[:, i], i]) for i in range(len(p.omega))])
+    parts = [np.log(p.omega), p.zeta, shapes, _real(p.participation.ravel()), p.D.ravel()]
+    if residual:
+        parts.append(p.D2.ravel())
+    for c, edge in zip(p.transient, p.edges, strict=True):
+        parts += [_real(c), edge.ravel()]
+    return np.concatenate(parts)
+
+
+def unpack(x: Array, like: ModalParameters, residual: bool) -> ModalParameters:
+    """Inverse of ``pack``; sizes and anchors come from ``like``."""
+    m, n = like.psi.shape
+    r = like.participation.shape[1]
+    cursor = 0
+
+    def take(count: int) -> Array:
+        nonlocal cursor
+        cursor += count
+        return x[cursor - count : cursor]
+
+    omega, zeta = np.exp(take(n)), np.clip(take(n), -MAX_ZETA, MAX_ZETA)
+    psi = np.ones((m, n), complex)
+    for i in range(n):
+        psi[np.arange(m) != like.anchor[i], i] = _complex(take(2 * (m - 1)))
+    participation = _complex(take(2 * n * r)).reshape(n, r)
+    D = take(m * r).reshape(m, r)
+    D2 = take(m * r).reshape(m, r) if residual else np.zeros((m, r))
+    transient, edges = [], []
+    for edge in like.edges:
+        transient.append(_complex(take(2 * n)))
+        edges.append(take(edge.size).reshape(edge.shape))
+    return ModalParameters(
+        omega, zeta, psi, like.anchor, participation, D, D2, np.array(transient), tuple(edges)
+    )
+
+
+def fit_modal(
+    spectra: Sequence[Spectrum], poles: ComplexArray, hold: Hold, residual: bool = False
+) -> ModalFit:
+    """Fit a modal model to all records, started from poles.
+
+    Args:
+        spectra: the records.
+        poles: starting poles with positive imaginary part [rad/s], (modes,).
+        hold: what the input does between its samples.
+        residual: include a term for modes above the band.
+
+    Raises:
+        IdentificationError: more unknowns than data.
+    """
+    w_max = max(float(s.omega[-1]) for s in spectra)
+    start = from_poles(poles, spectra, hold, w_max, residual)
+    x = pack(start, residual)
+    data = sum(2 * s.Y.size for s in spectra)
+    if data <= 2 * len(x):
+        raise IdentificationError(
+            f"{len(poles)} modes have {len(x)} unknowns, too many for {data} data in the band"
+        )
+    # The first round blames the outputs alone: a poor start would be taken for input noise,
+    # which hides the resonances from the fit and keeps it poor.
+    power = np.mean([np.mean(np.abs(s.Y) ** 2, axis=0) for s in spectra], axis=0)
+    noise = NoiseLevels(power, np.zeros(spectra[0].U.shape[1]))
+    for _ in range(NOISE_ROUNDS):
+        responses = [
+            frequency_response(unpack(x, start, residual), s, hold, w_max) for s in spectra
+        ]
+        whiten = [whitener(covariance(noise, G)) for G in responses]
+        x = _solve(x, start, spectra, whiten, hold, w_max, residual)
+        parameters = unpack(x, start, residual)
+        errors = [s.Y - respond(parameters, s, i, hold, w_max) for i, s in enumerate(spectra)]
+        responses = [frequency_response(parameters, s, hold, w_max) for s in spectra]
+        noise = fit_noise(errors, responses, [s.U for s in spectra], len(x))
+    return _summarise(unpack(x, start, residual), spectra, noise, hold, w_max, residual)
+
+
+def _solve(
+    x: Array,
+    like: ModalParameters,
+    spectra: Sequence[Spectrum],
+    whiten: Sequence[ComplexArray],
+    hold: Hold,
+    w_max: float,
+    residual: bool,
+) -> Array:
+    def error(x: Array) -> Array:
+        p = unpack(x, like, residual)
+        parts = [
+            np.einsum("kij,kj->ki", W, s.Y - respond(p, s, i, hold, w_max)).ravel()
+            for i, (s, W) in enumerate(zip(spectra, whiten, strict=True))
+        ]
+        white = np.concatenate(parts)
+        return np.sqrt(2) * np.concatenate([white.real, white.imag])
+
+    def slope(x: Array) -> Array:
+        J = whitened_jacobian(unpack(x, like, residual), spectra, whiten, hold, w_max, residual)
+        return -np.sqrt(2) * np.vstack([J.real, J.imag])
+
+    found = optimize.least_squares(
+        error, x, slope, method="lm", x_scale="jac", xtol=1e-12, ftol=1e-12, gtol=1e-12,
+        max_nfev=200,
+    )  # fmt: skip
+    return np.asarray(found.x)
+
+
+def whitened_jacobian(
+    p: ModalParameters,
+    spectra: Sequence[Spectrum],
+    whiten: Sequence[ComplexArray],
+    hold: Hold,
+    w_max: float,
+    residual: bool,
+) -> ComplexArray:
+    """Stack the whitened derivatives of all records, (bins * outputs of all, parameters)."""
+    n = len(p.omega)
+    own = [2 * n + edge.size for edge in p.edges]
+    rows = []
+    for i, (s, W) in enumerate(zip(spectra, whiten, strict=True)):
+        J = jacobian(p, s, i, hold, w_max, residual)
+        J = np.matmul(W, J).reshape(-1, J.shape[2])
+        common = J.shape[1] - own[i]
+        before, after = sum(own[:i]), sum(own[i + 1 :])
+        zero = np.zeros((len(J), 1))
+        rows.append(
+            np.hstack(
+                [
+                    J[:, :common],
+                    np.broadcast_to(zero, (len(J), before)),
+                    J[:, common:],
+                    np.broadcast_to(zero, (len(J), after)),
+                ]
+            )
+        )
+    return np.vstack(rows)
+
+
+def _summarise(
+    p: ModalParameters,
+    spectra: Sequence[Spectrum],
+    noise: NoiseLevels,
+    hold: Hold,
+    w_max: float,
+    residual: bool,
+) -> ModalFit:
+    responses = [frequency_response(p, s, hold, w_max) for s in spectra]
+    errors = [s.Y - respond(p, s, i, hold, w_max) for i, s in enumerate(spectra)]
+    covariances = [covariance(noise, G) for G in responses]
+    whiten = [whitener(C) for C in covariances]
+    J = whitened_jacobian(p, spectra, whiten, hold, w_max, residual)
+    white = np.concatenate(
+        [np.einsum("kij,kj->ki", W, e).ravel() for W, e in zip(whiten, errors, strict=True)]
+    )
+    scale = np.sqrt(np.maximum(np.sum(np.abs(J) ** 2, axis=0), np.finfo(float).tiny))
+    fisher = 2 * np.real((J / scale).conj().T @ (J / scale))
+    inverse = np.linalg.pinv(fisher, hermitian=True)
+    scores = 2 * np.real((J / scale).conj() * white[:, None])
+    m = spectra[0].Y.shape[1]
+    clustered = scores.reshape(-1, m, scores.shape[1]).sum(axis=1)
+    lost = 1 - J.shape[1] / (2 * J.shape[0])
+    sandwich = inverse @ (clustered.T @ clustered) @ inverse / lost
+    log_det = sum(float(np.sum(np.linalg.slogdet(C)[1])) for C in covariances)
+    return ModalFit(
+        parameters=replace(p),
+        hold=hold,
+        residual=residual,
+        w_max=w_max,
+        noise=noise,
+        covariance=sandwich / np.outer(scale, scale),
+        fisher_covariance=inverse / np.outer(scale, scale),
+        log_likelihood=-log_det - float(np.sum(np.abs(white) ** 2)),
+        unknowns=J.shape[1],
+        data=2 * J.shape[0],
+    )
+
+
+def _real(values: ComplexArray) -> Array:
+    """Interleave real and imaginary parts."""
+    return np.column_stack([values.real, values.imag]).ravel()
+
+
+def _complex(values: Array) -> ComplexArray:
+    return values[0::2] + 1j * values[1::2]
