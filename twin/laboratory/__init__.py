@@ -1,0 +1,20 @@
+"""The virtual laboratory: excitations, the analyser and experiments on a twin."""
+
+from twin.laboratory.analyser import Analyser
+from twin.laboratory.earthquake import Earthquake
+from twin.laboratory.excitation import Excitation, TimeBase
+from twin.laboratory.hammer import Hammer
+from twin.laboratory.multisine import Multisine
+from twin.laboratory.random_shaking import RandomShaking
+from twin.laboratory.sweep import Sweep
+
+__all__ = [
+    "Analyser",
+    "Earthquake",
+    "Excitation",
+    "Hammer",
+    "Multisine",
+    "RandomShaking",
+    "Sweep",
+    "TimeBase",
+]
