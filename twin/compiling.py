@@ -1,0 +1,149 @@
+"""Compile an MJCF text with the edits that a simulation needs; the text itself never changes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mujoco
+
+from twin.contract import names_in
+from twin.errors import ModelError, available
+from twin.model_files import shipped_names
+
+GROUND_DRIVE = "ground acceleration"
+"""The actuator that prescribes the ground's acceleration; the contract has no such name."""
+
+LARGE_MASS = 1e9
+"""Mass added to a driven ground, over that of the whole model: the frame moves it by 1e-9."""
+
+SIZE_LIMIT = 64 * 2**20
+"""Largest MJCF file that is read [bytes]."""
+
+
+def read(path: Path) -> str:
+    """Return the text of an MJCF file, its includes resolved.
+
+    Raises:
+        ModelError: there is no such file, or it is no text.
+    """
+    try:
+        if path.stat().st_size > SIZE_LIMIT:
+            raise ModelError(f"{path}: larger than {SIZE_LIMIT >> 20} MiB, no MJCF model")
+        text = path.read_text(encoding="utf-8")
+    except UnicodeDecodeError:
+        raise ModelError(f"{path}: not a text file, so no MJCF model") from None
+    except OSError as error:
+        raise ModelError(
+            f"{path}: cannot read ({error.strerror}); models that come with the package are "
+            f"{available(shipped_names())}"
+        ) from None
+    if "<include" in text:
+        try:
+            text = mujoco.MjSpec.from_file(str(path)).to_xml()
+        except ValueError as error:
+            raise ModelError(f"{path}: {error}") from None
+    return text
+
+
+def _spec(mjcf: str, source: str) -> mujoco.MjSpec:
+    try:
+        spec = mujoco.MjSpec.from_string(mjcf)
+    except ValueError as error:
+        raise ModelError(f"{source}: {error}") from None
+    if Path(source).is_file():
+        spec.modelfiledir = str(Path(source).resolve().parent)
+    return spec
+
+
+def _compiled(spec: mujoco.MjSpec, source: str) -> mujoco.MjModel:
+    try:
+        return spec.compile()
+    except ValueError as error:
+        raise ModelError(f"{source}: does not compile: {error}") from None
+
+
+def as_written(mjcf: str, source: str) -> mujoco.MjModel:
+    """Compile the text as it is. Raises ModelError when it does not compile."""
+    return _compiled(_spec(mjcf, source), source)
+
+
+def joints(mjcf: str, source: str) -> tuple[str, ...]:
+    """Return the names of the joints."""
+    return names_in(as_written(mjcf, source))["joint"]
+
+
+def structure(mjcf: str, source: str, clamped: bool) -> mujoco.MjModel:
+    """Compile with the ground fast or free."""
+    return _compiled(_structured(mjcf, source, clamped), source)
+
+
+def _structured(mjcf: str, source: str, clamped: bool) -> mujoco.MjSpec:
+    """Take the clamp away and, where it is fast, the joint with it: exact, and faster."""
+    spec = _spec(mjcf, source)
+    clamp = spec.equality("clamp")
+    if clamp is not None:
+        spec.delete(clamp)
+    joint = spec.joint("ground")
+    if clamped and joint is not None:
+        spec.delete(joint)
+        try:
+            spec.copy().compile()
+        except ValueError:
+            # An actuator or a sensor needs the joint: let the clamp hold it.
+            spec = _spec(mjcf, source)
+            if spec.equality("clamp") is None:
+                _add_clamp(spec)
+    return spec
+
+
+def _add_clamp(spec: mujoco.MjSpec) -> None:
+    clamp = spec.add_equality()
+    clamp.name = "clamp"
+    clamp.type = mujoco.mjtEq.mjEQ_JOINT
+    clamp.objtype = mujoco.mjtObj.mjOBJ_JOINT
+    clamp.name1 = "ground"
+    clamp.solref = [0.002, 1]
+    clamp.solimp = [0.9999, 0.9999, 0.001, 0.5, 2]
+
+
+def driven(mjcf: str, source: str, clamped: bool, ground_driven: bool) -> mujoco.MjModel:
+    """Compile for a simulation: inputs become integrators, so that they are linear between samples.
+
+    The control of every actuator is then the slope of its input [1/s].
+    """
+    spec = _structured(mjcf, source, clamped and not ground_driven)
+    if ground_driven:
+        _drive_ground(spec, source)
+    for actuator in spec.actuators:
+        if actuator.dyntype != mujoco.mjtDyn.mjDYN_NONE:
+            continue
+        actuator.dyntype = mujoco.mjtDyn.mjDYN_INTEGRATOR
+        if actuator.ctrllimited != mujoco.mjtLimited.mjLIMITED_FALSE and any(actuator.ctrlrange):
+            # A limit on the input would now be one on its slope.
+            actuator.ctrllimited = mujoco.mjtLimited.mjLIMITED_FALSE
+            if actuator.forcelimited != mujoco.mjtLimited.mjLIMITED_TRUE:
+                actuator.forcelimited = mujoco.mjtLimited.mjLIMITED_TRUE
+                actuator.forcerange = actuator.gainprm[0] * actuator.ctrlrange
+    spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+    return _compiled(spec, source)
+
+
+def _drive_ground(spec: mujoco.MjSpec, source: str) -> None:
+    """Give the ground a huge mass and a force to match: its acceleration is then prescribed."""
+    total = float(as_written_mass(spec, source))
+    joint = spec.joint("ground")
+    if joint is None:
+        body = spec.body("ground")
+        joint = body.add_joint(name="ground", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[1, 0, 0])
+    joint.armature = LARGE_MASS * total
+    joint.stiffness = [0, 0, 0]
+    joint.damping = [0, 0, 0]
+    drive = spec.add_actuator(name=GROUND_DRIVE, target="ground")
+    drive.trntype = mujoco.mjtTrn.mjTRN_JOINT
+    drive.set_to_motor()
+    drive.gear = [LARGE_MASS * total, 0, 0, 0, 0, 0]
+
+
+def as_written_mass(spec: mujoco.MjSpec, source: str) -> float:
+    """Total mass of a model [kg]."""
+    return float(_compiled(spec.copy(), source).body_mass.sum())

@@ -1,0 +1,97 @@
+"""What every frame's document has: options, the ground on its suspension, floors, channels."""
+
+from __future__ import annotations
+
+from xml.etree.ElementTree import Element
+
+from twin.frame.design import FrameDesign, Storey
+from twin.frame.mjcf import Document, add
+
+CLAMP_SOLREF = (0.002, 1.0)
+CLAMP_SOLIMP = (0.9999, 0.9999, 0.001)
+"""The stiffest settings that are stable at a step of 1 ms."""
+
+CLAMP_HEIGHT = 0.08
+"""Height of the ground body's origin, the top of the base plate, above the bench [m]."""
+
+
+def options(document: Document, design: FrameDesign) -> None:
+    """Write integrator, gravity and flags; the step is set when the modes are known.
+
+    The dense Jacobian avoids a fault of MuJoCo 4.0.0's Newton solver with sparse ones.
+    """
+    document.section("compiler").set("angle", "radian")
+    option = document.section("option")
+    for name, value in {
+        "integrator": "RK4",
+        "jacobian": "dense",
+        "gravity": f"0 0 {-design.gravity!r}",
+    }.items():
+        option.set(name, value)
+    add(option, "flag", contact="disable")
+
+
+def ground(document: Document, design: FrameDesign) -> Element:
+    """Add the base plate, its suspension and the clamp that holds it; return its body."""
+    stiffness, damping = design.suspension
+    body = add(document.section("worldbody"), "body", name="ground", pos=(0, 0, CLAMP_HEIGHT))
+    add(
+        body,
+        "joint",
+        name="ground",
+        type="slide",
+        axis=(1, 0, 0),
+        stiffness=stiffness,
+        damping=damping,
+    )
+    inertial(body, design.ground.mass, (0.42, 0.16, 0.02))
+    add(
+        document.section("equality"),
+        "joint",
+        name="clamp",
+        joint1="ground",
+        solref=CLAMP_SOLREF,
+        solimp=CLAMP_SOLIMP,
+    )
+    return body
+
+
+def inertial(
+    body: Element, mass: float, size: tuple[float, float, float], height: float = 0.0
+) -> None:
+    """Give a body the mass of a homogeneous box of that size [m], centred at that height."""
+    x, y, z = (s**2 for s in size)
+    inertia = tuple(mass / 12 * s for s in (y + z, x + z, x + y))
+    add(body, "inertial", pos=(0, 0, height), mass=mass, diaginertia=inertia)
+
+
+def channels(document: Document, body: str) -> None:
+    """Add the force actuator and the sensors of the ground or a floor."""
+    add(
+        document.section("actuator"),
+        "motor",
+        name=f"force_{body}",
+        site=f"hit_{body}",
+        gear=(1, 0, 0, 0, 0, 0),
+    )
+    sensor = document.section("sensor")
+    add(sensor, "framelinacc", name=f"acc_{body}", objtype="xbody", objname=body)
+    add(sensor, "framepos", name=f"disp_{body}", objtype="xbody", objname=body)
+
+
+SPAN = 0.30
+"""Distance between the beams, length of the rods [m]."""
+DEPTH = 0.045
+"""Depth of the rods [m]."""
+ALUMINIUM = 2700.0
+"""Density [kg/m^3]."""
+
+
+def rod_height(storey: Storey) -> float:
+    """Height of an aluminium rod of the floor's mass, at most 20 mm: the rest is bolted on [m]."""
+    return min(round(storey.floor_mass / (ALUMINIUM * SPAN * DEPTH), 4), 0.02)
+
+
+def add_site(body: Element, name: str) -> None:
+    """Add the point where hammer or shaker push."""
+    add(body, "site", name=f"hit_{name}", size=0.004)

@@ -1,0 +1,260 @@
+"""Mass, damping and stiffness matrices of any MuJoCo model about its static equilibrium.
+
+The equations of motion are projected on the null space of the active equality constraints, so a
+mechanism closed by couplings, connections or welds gives the matrices of its true freedoms. Limits,
+contacts and dry friction have no linear part and are left out.
+"""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from twin.arrays import frozen
+from twin.contract import floors_of, pendulum_dof
+from twin.errors import ModelError
+from twin.modal import ModalModel
+from twin.second_order import SecondOrderModel
+
+Array = NDArray[np.float64]
+
+STEP = 1e-4
+"""Step of the finite differences [m, rad, m/s, rad/s]; fourth order, so the error is of 1e-11."""
+
+
+@dataclass(frozen=True)
+class Linearisation:
+    """A model about its static equilibrium: q = equilibrium + basis y.
+
+    Attributes:
+        generalised: M, R, K in the generalised coordinates y ("y1", "y2", ...), (n, n).
+        places: what the rows of ``shape`` are: "floor1".., "ground" if it can move, "pendulum".
+        shape: displacement of the places [m; rad for the pendulum] for unit y, (places, n).
+        equilibrium: joint positions at the static equilibrium, (nq,).
+        basis: the freedoms that the equality constraints leave, (nv, n).
+    """
+
+    generalised: SecondOrderModel
+    places: tuple[str, ...]
+    shape: Array
+    equilibrium: Array
+    basis: Array
+
+    def __post_init__(self) -> None:
+        for name in ("shape", "equilibrium", "basis"):
+            object.__setattr__(self, name, frozen(getattr(self, name), float))
+
+    @property
+    def condensed(self) -> bool:
+        """True where the model has more freedoms than places (a hinge chain)."""
+        return self.shape.shape[0] != self.shape.shape[1]
+
+    def modes(self) -> ModalModel:
+        """Return all damped modes, their shapes at the places."""
+        return self._at_places(self.generalised.modes())
+
+    def undamped_modes(self) -> ModalModel:
+        """Return the modes of M and K alone, their shapes at the places."""
+        return self._at_places(self.generalised.undamped_modes())
+
+    def second_order(self) -> SecondOrderModel:
+        """Return M, R, K in the coordinates of the places.
+
+        Exact where there are as many freedoms as places. Where there are more, the others follow
+        the places statically (Guyan's condensation): static stiffness stays exact, frequencies come
+        out slightly high; ``modes()`` has the exact ones.
+
+        Raises:
+            ModelError: the places do not move independently, or fewer freedoms than places.
+        """
+        places, n = self.shape.shape
+        if np.linalg.matrix_rank(self.shape) < places:
+            raise ModelError(
+                f"the model has {n} freedoms for the {places} places {', '.join(self.places)}: "
+                "they do not move independently"
+            )
+        y = self.generalised
+        if self.condensed:
+            # min y'Ky subject to shape y = x; the saddle point also serves a frame that floats.
+            zero = np.zeros((places, places))
+            saddle = np.block([[y.K, self.shape.T], [self.shape, zero]])
+            target = np.vstack([np.zeros((n, places)), np.eye(places)])
+            T = np.linalg.solve(saddle, target)[:n]
+        else:
+            T = np.linalg.inv(self.shape)
+        M, R, K = (_symmetric(T.T @ matrix @ T) for matrix in (y.M, y.R, y.K))
+        return SecondOrderModel(M, R, K, self.places)
+
+    def _at_places(self, modes: ModalModel) -> ModalModel:
+        shape = self.shape @ modes.mode_shape
+        return ModalModel(modes.natural_freq, modes.damping_ratio, shape, self.places)
+
+
+class _Reduced:
+    """The model's forces along the freedoms that its equality constraints leave."""
+
+    def __init__(self, model: mujoco.MjModel) -> None:
+        self.model = copy.copy(model)
+        self.model.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+        self.data = mujoco.MjData(self.model)
+        self.qpos: Array = self._closed(self.data.qpos.copy())
+        self._evaluate(self.qpos)
+        J, _ = self._constraints()
+        self.basis: Array = linalg.null_space(J) if len(J) else np.eye(self.model.nv)
+
+    def _evaluate(self, qpos: Array, qvel: Array | None = None) -> None:
+        self.data.qpos[:] = qpos
+        self.data.qvel[:] = 0 if qvel is None else qvel
+        mujoco.mj_forward(self.model, self.data)
+
+    def _constraints(self) -> tuple[Array, Array]:
+        """Jacobian (rows, nv) and residual (rows,) of the active equality constraints."""
+        data, nv = self.data, self.model.nv
+        rows = np.flatnonzero(data.efc_type[: data.nefc] == mujoco.mjtConstraint.mjCNSTR_EQUALITY)
+        J = np.array(data.efc_J[: data.nefc * nv]).reshape(data.nefc, nv)[rows]
+        return J, np.array(data.efc_pos[rows])
+
+    def _moved(self, qpos: Array, step: Array) -> Array:
+        moved = qpos.copy()
+        mujoco.mj_integratePos(self.model, moved, step, 1)
+        return moved
+
+    def _closed(self, qpos: Array) -> Array:
+        """Return the joint positions nearest to ``qpos`` that satisfy the constraints."""
+        for _ in range(20):
+            self._evaluate(qpos)
+            J, residual = self._constraints()
+            if not len(J) or np.max(np.abs(residual)) < 1e-14:
+                return qpos
+            qpos = self._moved(
+                qpos, -np.asarray(np.linalg.lstsq(J, residual, rcond=None)[0], float)
+            )
+        if np.max(np.abs(residual)) > 1e-8:
+            raise ModelError("the equality constraints contradict each other")
+        return qpos
+
+    def force(self, y: Array) -> Array:
+        """Force along the freedoms at rest, displaced by y from ``qpos``, (n,)."""
+        self._evaluate(self._closed(self._moved(self.qpos, self.basis @ y)))
+        J, _ = self._constraints()
+        basis = self.basis
+        if len(J):
+            basis = basis - np.linalg.lstsq(J, J @ basis, rcond=None)[0]
+        return basis.T @ self._applied()
+
+    def force_at_speed(self, speed: Array) -> Array:
+        """Force along the freedoms at the equilibrium, moving with the given speed, (n,)."""
+        self._evaluate(self.qpos, self.basis @ speed)
+        return np.asarray(self.basis.T @ self._applied())
+
+    def _applied(self) -> Array:
+        data = self.data
+        return np.asarray(data.qfrc_passive + data.qfrc_actuator - data.qfrc_bias)
+
+    def mass(self) -> Array:
+        """Mass matrix of the freedoms, (n, n)."""
+        self._evaluate(self.qpos)
+        full = np.zeros((self.model.nv, self.model.nv))
+        mujoco.mj_fullM(self.model, self.data, full)
+        return np.asarray(self.basis.T @ full @ self.basis)
+
+
+def _symmetric(matrix: Array) -> Array:
+    """Remove the asymmetry that rounding leaves; keep one that is real (a servo, a rotor)."""
+    mean = (matrix + matrix.T) / 2
+    return mean if np.allclose(mean, matrix, rtol=1e-6, atol=1e-6 * np.abs(mean).max()) else matrix
+
+
+def _derivative(function: object, n: int) -> Array:
+    """Fourth-order central differences of a function of n variables at zero, (m, n)."""
+    assert callable(function)
+    columns = []
+    for step in STEP * np.eye(n):
+        near = function(step) - function(-step)
+        far = function(2 * step) - function(-2 * step)
+        columns.append((8 * near - far) / (12 * STEP))
+    return np.column_stack(columns)
+
+
+def _settle(reduced: _Reduced) -> None:
+    """Move ``reduced`` to its static equilibrium by Newton's method, if it is not there yet."""
+    n = reduced.basis.shape[1]
+    weight = float(np.sum(reduced.model.body_mass)) * np.linalg.norm(reduced.model.opt.gravity)
+    for _ in range(50):
+        force = reduced.force(np.zeros(n))
+        if np.max(np.abs(force), initial=0.0) <= 1e-12 * max(weight, 1.0):
+            return
+        K = -_derivative(reduced.force, n)
+        y = np.linalg.lstsq(K, force, rcond=1e-12)[0]
+        y /= max(1.0, 2 * float(np.max(np.abs(y))))
+        reduced.qpos = reduced._closed(reduced._moved(reduced.qpos, reduced.basis @ y))
+        reduced._evaluate(reduced.qpos)
+        J, _ = reduced._constraints()
+        if len(J):
+            reduced.basis = linalg.null_space(J)
+        if np.max(np.abs(y)) < 1e-12:
+            return
+    raise ModelError("the model has no static equilibrium near its initial position")
+
+
+def _places(model: mujoco.MjModel, reduced: _Reduced) -> tuple[tuple[str, ...], Array]:
+    """Names of the places and their displacement for each freedom, (places, n)."""
+    names, rows = [], []
+    jacobian = np.zeros((3, model.nv))
+    for name in (*floors_of(model), "ground"):
+        body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, name)
+        if body < 0:
+            continue
+        mujoco.mj_jacBody(reduced.model, reduced.data, jacobian, None, body)
+        row = jacobian[0] @ reduced.basis
+        if name != "ground" or np.max(np.abs(row), initial=0.0) > 1e-9:
+            names.append(name)
+            rows.append(row)
+    pendulum = pendulum_dof(model)
+    if pendulum is not None:
+        names.append("pendulum")
+        rows.append(reduced.basis[pendulum])
+    return tuple(names), np.array(rows).reshape(len(names), reduced.basis.shape[1])
+
+
+def linearise(model: mujoco.MjModel) -> Linearisation:
+    """Return M, R, K, modes and mode shapes of a model about its static equilibrium.
+
+    Args:
+        model: a compiled model; bodies floor1.., ground and the sensor ``angle_pendulum`` are its
+            places.
+
+    Raises:
+        ModelError: there is no equilibrium near the initial position, or nothing that moves.
+    """
+    if model.nv == 0:
+        raise ModelError("the model has no joint: nothing moves")
+    reduced = _Reduced(model)
+    if reduced.basis.shape[1] == 0:
+        raise ModelError("the equality constraints leave nothing that moves")
+    _settle(reduced)
+    n = reduced.basis.shape[1]
+    K = _symmetric(-_derivative(reduced.force, n))
+    R = _symmetric(-_derivative(reduced.force_at_speed, n))
+    M = _symmetric(reduced.mass())
+    places, shape = _places(model, reduced)
+    coordinates = tuple(f"y{number}" for number in range(1, n + 1))
+    return Linearisation(
+        SecondOrderModel(M, R, K, coordinates), places, shape, reduced.qpos, reduced.basis
+    )
+
+
+def equilibrium(model: mujoco.MjModel) -> Array:
+    """Return the joint positions of the static equilibrium near the initial position, (nq,).
+
+    Raises:
+        ModelError: there is none.
+    """
+    reduced = _Reduced(model)
+    _settle(reduced)
+    return reduced.qpos

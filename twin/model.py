@@ -1,0 +1,170 @@
+"""A twin: an MJCF model that is compiled anew for each question, never changed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from twin import compiling, rolling
+from twin.arrays import frozen
+from twin.contract import check_names, floors_of
+from twin.errors import ModelError, available
+from twin.frame import FrameDesign, to_mjcf
+from twin.linearise import Linearisation, linearise
+from twin.modal import ModalModel
+from twin.model_files import shipped, shipped_names
+from twin.second_order import SecondOrderModel
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A simulated motion; sample n belongs to t = n / rate_hz.
+
+    Attributes:
+        rate_hz: samples per second.
+        columns: channel name ("acc_floor1") -> samples (x component) in SI units, (samples,).
+        qpos: joint positions of ``model``, for viewers, (samples, nq).
+        model: the compiled model that ``qpos`` belongs to.
+    """
+
+    rate_hz: float
+    columns: dict[str, Array]
+    qpos: Array
+    model: mujoco.MjModel
+
+    def __post_init__(self) -> None:
+        columns = {name: frozen(values, float) for name, values in self.columns.items()}
+        object.__setattr__(self, "columns", columns)
+        object.__setattr__(self, "qpos", frozen(self.qpos, float))
+
+    @property
+    def samples(self) -> int:
+        """Number of samples."""
+        return len(self.qpos)
+
+
+@dataclass(frozen=True)
+class Twin:
+    """A frame in MuJoCo.
+
+    Attributes:
+        mjcf: the model as MJCF text, with the names of the contract (``twin.contract``).
+        source: where it came from (a file's path), used in messages and to find its assets.
+        clamped: whether the ground's clamp is fast. A model without a joint ``ground`` always is.
+
+    Raises:
+        ModelError: the MJCF does not compile, or lacks names; the message says which.
+    """
+
+    mjcf: str
+    source: str = "model"
+    clamped: bool = True
+
+    def __post_init__(self) -> None:
+        check_names(compiling.as_written(self.mjcf, self.source), self.source)
+
+    @classmethod
+    def load(cls, name: str | Path) -> Twin:
+        """Load an MJCF file, or by its name a model that comes with the package.
+
+        Raises:
+            ModelError: no such file or model, or one that cannot be used.
+        """
+        path = Path(name)
+        if str(name).removesuffix(".xml") in shipped_names() and not path.is_file():
+            path = shipped(str(name))
+        return cls(compiling.read(path), str(path))
+
+    @classmethod
+    def of(cls, design: FrameDesign) -> Twin:
+        """Build the model of a design."""
+        return cls(to_mjcf(design), "frame design")
+
+    @property
+    def floors(self) -> tuple[str, ...]:
+        """Names of the floors from the ground up: "floor1", "floor2", ..."""
+        return floors_of(self.compile())
+
+    def released(self) -> Twin:
+        """Return the twin with its ground's bolts undone: it slides on its suspension.
+
+        Raises:
+            ModelError: the model has no joint ``ground``.
+        """
+        if "ground" not in compiling.joints(self.mjcf, self.source):
+            raise ModelError(
+                f"{self.source}: the ground cannot be released, there is no joint 'ground'; "
+                f"joints are {available(compiling.joints(self.mjcf, self.source))}"
+            )
+        return Twin(self.mjcf, self.source, clamped=False)
+
+    def compile(self) -> mujoco.MjModel:
+        """Return a fresh compiled model, the ground fast or free as ``clamped`` says."""
+        return compiling.structure(self.mjcf, self.source, self.clamped)
+
+    def linearisation(self) -> Linearisation:
+        """Return matrices, modes and mode shapes about the static equilibrium."""
+        return _linearised(self)
+
+    def second_order(self) -> SecondOrderModel:
+        """Return M, R, K in the coordinates of the floors, ground (if released) and pendulum.
+
+        Displacements are absolute, from the ground's rest position. Exact where the model has no
+        further freedoms; a hinge chain's are condensed statically (``Linearisation.second_order``).
+        """
+        return self.linearisation().second_order()
+
+    def modes(self) -> ModalModel:
+        """Return the exact damped modes of all freedoms, their shapes at the places."""
+        return self.linearisation().modes()
+
+    def simulate(
+        self,
+        forces: Mapping[str, Array],
+        rate_hz: float,
+        samples: int,
+        ground_acceleration: Array | None = None,
+        progress: Callable[[float], None] | None = None,
+    ) -> Motion:
+        """Simulate from rest at the static equilibrium.
+
+        Args:
+            forces: actuator -> values at t = n / rate_hz [N, N m], (samples,); linear in between.
+            rate_hz: samples per second.
+            samples: how many.
+            ground_acceleration: prescribes the ground's motion [m/s^2], (samples,); linear in
+                between. The ground starts at rest.
+            progress: called with the fraction that is done.
+
+        Raises:
+            ModelError: an unknown actuator, values of a wrong length or not finite, or a motion
+                that diverges.
+        """
+        if not (np.isfinite(rate_hz) and rate_hz > 0):
+            raise ModelError(f"{self.source}: the rate must be positive, not {rate_hz}")
+        if samples < 1:
+            raise ModelError(f"{self.source}: at least one sample is needed, not {samples}")
+        driven = ground_acceleration is not None
+        model = compiling.driven(self.mjcf, self.source, self.clamped, driven)
+        inputs = dict(forces)
+        if ground_acceleration is not None:
+            inputs[compiling.GROUND_DRIVE] = ground_acceleration
+        table = rolling.input_table(model, inputs, samples, self.source)
+        qpos, columns = rolling.roll(model, table, rate_hz, self.source, progress)
+        return Motion(rate_hz, columns, qpos, model)
+
+
+@lru_cache(maxsize=64)
+def _linearised(twin: Twin) -> Linearisation:
+    try:
+        return linearise(twin.compile())
+    except ModelError as error:
+        raise ModelError(f"{twin.source}: {error}") from None
