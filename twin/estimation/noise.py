@@ -12,8 +12,8 @@ from scipy import optimize
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-LEAST = 1e-14
-"""Smallest noise variance, as a share of the channel's power: rounding is never noise-free."""
+ROUNDING = 1e-26
+"""Smallest noise variance as a share of the response's power: no computation is noise-free."""
 
 
 @dataclass(frozen=True)
@@ -53,9 +53,12 @@ def fit_noise(
     e, G, U = np.vstack(list(errors)), np.vstack(list(responses)), np.vstack(list(inputs))
     m, r = G.shape[1:]
     e = e / np.sqrt(max(1 - unknowns / (2 * e.size), 0.1))
+    power = np.mean(np.abs(np.einsum("kmr,kr->km", G, U)) ** 2, axis=0)
     scale_y = np.mean(np.abs(e) ** 2, axis=0)
-    scale_y = np.maximum(scale_y, np.finfo(float).tiny)
-    scale_u = np.maximum(np.mean(np.abs(U) ** 2, axis=0), np.finfo(float).tiny)
+    scale_y = np.maximum(scale_y, ROUNDING * power + np.finfo(float).tiny)
+    # The input noise that would explain the whole residual by itself.
+    gain = np.mean(np.abs(G) ** 2, axis=0) + np.finfo(float).tiny
+    scale_u = np.min(scale_y[:, None] / gain, axis=0)
     scales = np.concatenate([scale_y, scale_u])
 
     def cost(logs: Array) -> tuple[float, Array]:
@@ -70,8 +73,8 @@ def fit_noise(
         slope = np.concatenate([by_output, by_input]) * level
         return float(value) / len(e), slope / len(e)
 
-    guess = np.concatenate([np.zeros(m), np.full(r, np.log(1e-5))])
-    bounds = [(np.log(1e-6), 2.0)] * m + [(np.log(LEAST), 0.0)] * r
+    guess = np.concatenate([np.zeros(m), np.full(r, np.log(0.1))])
+    bounds = [(-12.0, 2.0)] * m + [(-16.0, 12.0)] * r
     found = optimize.minimize(cost, guess, jac=True, method="L-BFGS-B", bounds=bounds)
     level = scales * np.exp(found.x)
     return NoiseLevels(level[:m], level[m:])

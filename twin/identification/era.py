@@ -40,6 +40,13 @@ class HankelFactors:
     block_rows: int
     block_columns: int
 
+    @property
+    def rank(self) -> int:
+        """Number of singular values above rounding; the highest possible order."""
+        sigma = self.singular_values
+        floor = np.finfo(float).eps * max(len(self.R), len(self.S))
+        return int(np.sum(sigma > floor * sigma[0]))
+
     def realize(self, order: int, dt: float, inputs: int) -> StateSpace:
         """Return the realization (38) of the given order, observer gain included.
 
@@ -47,11 +54,9 @@ class HankelFactors:
             IdentificationError: the order exceeds the number of non-zero singular values.
         """
         sigma = self.singular_values
-        floor = sigma[0] * np.finfo(float).eps * max(len(self.R), len(self.S)) if len(sigma) else 0
-        largest = int(np.sum(sigma > floor))
-        if not 1 <= order <= largest:
+        if not 1 <= order <= self.rank:
             raise IdentificationError(
-                f"an order of {order} is not possible: the Hankel matrix has rank {largest}"
+                f"an order of {order} is not possible: the Hankel matrix has rank {self.rank}"
             )
         R, S, root = self.R[:, :order], self.S[:, :order], np.sqrt(sigma[:order])
         shifted = _times(self.markov[2:], S, self.block_rows, self.block_columns)

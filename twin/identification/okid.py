@@ -18,6 +18,9 @@ Record = tuple[Array, Array]
 WELL_CONDITIONED = 1e-9
 """Normal equations square the condition number: below this reciprocal, QR is used instead."""
 
+RANK_TOLERANCE = 1e-11
+"""Singular values of the data matrix this far below the largest are rounding."""
+
 CHUNK = 8192
 """Rows a step of the streamed QR adds; memory does not grow with the record."""
 
@@ -30,11 +33,14 @@ class ObserverMarkov:
         D: direct transmission, (outputs, inputs).
         Y1: the parameters that multiply past inputs, (p, outputs, inputs).
         Y2: the parameters that multiply past outputs, signs as in eq. (21), (p, outputs, outputs).
+        rank_deficient: the data matrix (27) has dependent rows, as noise-free data have when the
+            observer is longer than it has to be; the solution is then the shortest of many.
     """
 
     D: Array
     Y1: Array
     Y2: Array
+    rank_deficient: bool = False
 
     def markov(self, count: int) -> Array:
         """Return D and the combined Markov parameters of eqs. (29)-(31).
@@ -81,11 +87,13 @@ def okid(records: Sequence[Record], p: int, at_rest: bool = True) -> ObserverMar
             f"{usable} usable samples are too few for {unknowns} observer Markov parameters "
             f"(p = {p}); use a p of at most {max((usable - r) // (r + m + (not at_rest)), 0)}"
         )
-    theta = _by_normal_equations(records, p, at_rest)
+    theta, deficient = _by_normal_equations(records, p, at_rest), False
     if theta is None:
-        theta = _by_qr(records, p, at_rest)
+        theta, deficient = _by_qr(records, p, at_rest)
     D, past = theta[:r].T, theta[r:].reshape(p, r + m, m)
-    return ObserverMarkov(D, past[:, :r].transpose(0, 2, 1), -past[:, r:].transpose(0, 2, 1))
+    return ObserverMarkov(
+        D, past[:, :r].transpose(0, 2, 1), -past[:, r:].transpose(0, 2, 1), deficient
+    )
 
 
 def _by_normal_equations(records: Sequence[Record], p: int, at_rest: bool) -> Array | None:
@@ -147,7 +155,7 @@ def _chunks(records: Sequence[Record], p: int, at_rest: bool) -> Iterator[Array]
             yield _shifted(w[first:stop], p, start - first, stop - first)
 
 
-def _by_qr(records: Sequence[Record], p: int, at_rest: bool) -> Array:
+def _by_qr(records: Sequence[Record], p: int, at_rest: bool) -> tuple[Array, bool]:
     r, m = records[0][0].shape[1], records[0][1].shape[1]
     q = r + m
     order = np.r_[0:r, q : (p + 1) * q, r:q]
@@ -157,5 +165,5 @@ def _by_qr(records: Sequence[Record], p: int, at_rest: bool) -> Array:
     unknowns = len(order) - m
     left, right = triangle[:unknowns, :unknowns], triangle[:unknowns, unknowns:]
     scale = np.maximum(np.linalg.norm(left, axis=0), np.finfo(float).tiny)
-    solution, *_ = np.linalg.lstsq(left / scale, right, rcond=None)
-    return np.asarray(solution / scale[:, None])
+    solution, _, rank, _ = np.linalg.lstsq(left / scale, right, rcond=RANK_TOLERANCE)
+    return np.asarray(solution / scale[:, None]), rank < unknowns

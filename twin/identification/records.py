@@ -1,0 +1,166 @@
+"""Recordings turned into the arrays that the identification works on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.errors import IdentificationError, RecordingError, available
+from twin.identification.spectra import Spectrum, excited_band, hit_window, spectrum
+from twin.recording import Recording
+
+Array = NDArray[np.float64]
+
+LEAST_SAMPLES = 32
+WINDOW_MARGIN = 8
+"""Samples kept on either side of a hammer's hit: the anti-alias filter's ringing."""
+
+EDGE_SAMPLES = 8
+EDGE_COLUMNS = 128
+STILL_AT_EDGES = 1e-3
+
+
+@dataclass(frozen=True)
+class Records:
+    """Inputs and outputs of all recordings, in the same channels and at the same rate.
+
+    Attributes:
+        u: inputs, hits windowed, one (samples, inputs) a record.
+        y: outputs, one (samples, outputs) a record.
+        hits: the window [start, stop) of the hits of each record, or None.
+        at_rest: whether every record starts before anything moves.
+    """
+
+    recordings: tuple[Recording, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    u: tuple[Array, ...]
+    y: tuple[Array, ...]
+    hits: tuple[tuple[int, int] | None, ...]
+    at_rest: bool
+
+    @property
+    def dt(self) -> float:
+        """Sampling interval [s]."""
+        return 1 / self.recordings[0].sampling_hz
+
+    @property
+    def pairs(self) -> list[tuple[Array, Array]]:
+        """(input, output) of each record."""
+        return list(zip(self.u, self.y, strict=True))
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was done to the inputs."""
+        lines = []
+        for recording, hit in zip(self.recordings, self.hits, strict=True):
+            if hit is not None:
+                start, stop = (recording.start_s + i * self.dt for i in hit)
+                lines.append(
+                    f"{recording.source}: the force outside its hits "
+                    f"({start:.3g} to {stop:.3g} s) is noise and was set to zero"
+                )
+        return tuple(lines)
+
+    def spectra(self, band_hz: tuple[float, float] | None, edges: bool) -> list[Spectrum]:
+        """Transform every record; ``edges`` leaves the first and last outputs free."""
+        band = band_hz or excited_band(self.u, self.dt)
+        affordable = EDGE_COLUMNS // (2 * len(self.outputs) * len(self.u))
+        found = []
+        for u, y in self.pairs:
+            ends = np.abs(np.vstack([u[:EDGE_SAMPLES], u[-EDGE_SAMPLES:]])).max(axis=0)
+            still = np.all(ends <= STILL_AT_EDGES * np.abs(u).max(axis=0))
+            edge = 0 if still or not edges else min(EDGE_SAMPLES, affordable)
+            found.append(spectrum(u, y, self.dt, band, edge))
+        return found
+
+
+def prepare(
+    recordings: Sequence[Recording],
+    inputs: Sequence[str] | None = None,
+    outputs: Sequence[str] | None = None,
+) -> Records:
+    """Collect what several recordings share. A force one of them lacks is zero there.
+
+    Raises:
+        RecordingError: different rates, no common outputs, or a named channel that is missing.
+        IdentificationError: no input that moves, a constant output, or too few samples.
+    """
+    if not recordings:
+        raise IdentificationError("no recording was given")
+    first = recordings[0]
+    for other in recordings[1:]:
+        if not np.isclose(other.sampling_hz, first.sampling_hz, rtol=1e-9):
+            raise RecordingError(
+                f"{other.source} is sampled at {other.sampling_hz:g} Hz and {first.source} at "
+                f"{first.sampling_hz:g} Hz; convert one with --resample"
+            )
+    drivers = tuple(inputs or dict.fromkeys(n for r in recordings for n in r.inputs))
+    if not drivers:
+        raise IdentificationError(
+            f"{first.source}: no input moves; an identification needs a force or acc_ground that "
+            f"is not zero (channels: {available(first.names)})"
+        )
+    shared = [n for n in first.outputs if all(n in r.outputs for r in recordings)]
+    responders = tuple(outputs or (n for n in shared if n not in drivers))
+    if not responders:
+        raise RecordingError(f"{first.source}: no output channel; it has {available(first.names)}")
+    u, y, hits = [], [], []
+    for recording in recordings:
+        if recording.samples < LEAST_SAMPLES:
+            raise IdentificationError(
+                f"{recording.source}: {recording.samples} samples are too few; "
+                f"at least {LEAST_SAMPLES} are needed"
+            )
+        force, hit = _driving(recording, drivers)
+        u.append(force)
+        y.append(recording.matrix(responders))
+        hits.append(hit)
+    for index, name in enumerate(responders):
+        if all(np.ptp(block[:, index]) == 0 for block in y):
+            raise IdentificationError(
+                f"{first.source}: channel '{name}' is constant; choose others with --output"
+            )
+    rest = all(_starts_at_rest(a, b) for a, b in zip(u, y, strict=True))
+    return Records(tuple(recordings), drivers, responders, tuple(u), tuple(y), tuple(hits), rest)
+
+
+def _driving(recording: Recording, drivers: Sequence[str]) -> tuple[Array, tuple[int, int] | None]:
+    columns = []
+    for name in drivers:
+        if name in recording.names:
+            columns.append(recording.column(name))
+        elif name.startswith(("force", "torque")):
+            columns.append(np.zeros(recording.samples))
+        else:
+            raise RecordingError(
+                f"{recording.source}: no channel '{name}'; it has {available(recording.names)}"
+            )
+    u = np.column_stack(columns)
+    if not np.any(np.ptp(u, axis=0) > 0):
+        raise IdentificationError(
+            f"{recording.source}: the input {', '.join(drivers)} is constant; nothing excites "
+            "the structure"
+        )
+    hit = hit_window(u) if all(name.startswith("force") for name in drivers) else None
+    if hit is None:
+        return u, None
+    start, stop = max(hit[0] - WINDOW_MARGIN, 0), min(hit[1] + WINDOW_MARGIN, len(u))
+    quiet = np.ones(len(u), bool)
+    quiet[start:stop] = False
+    u = u - (np.median(u[quiet], axis=0) if quiet.any() else 0)
+    u[quiet] = 0
+    return u, (start, stop)
+
+
+def _starts_at_rest(u: Array, y: Array) -> bool:
+    """Whether the first samples are far below the level the record reaches."""
+    head = max(len(y) // 100, 2)
+    calm = np.abs(y[:head] - y[:head].mean(axis=0)).max(axis=0)
+    return bool(
+        np.all(calm <= 0.05 * np.abs(y).max(axis=0))
+        and np.all(np.abs(u[0]) <= 0.05 * np.abs(u).max(axis=0))
+    )

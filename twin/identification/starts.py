@@ -1,0 +1,140 @@
+"""Starting poles for the refinement: OKID/ERA on the whole record, ERA on the free decay."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.errors import IdentificationError
+from twin.identification.era import HankelFactors, era
+from twin.identification.okid import okid
+from twin.identification.order import order_from_singular_values
+from twin.identification.records import Records
+from twin.identification.stabilisation import (
+    StablePole,
+    continuous_poles,
+    persistent_poles,
+    stabilisation,
+)
+from twin.state_space import StateSpace
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+OBSERVER_LENGTH = 80
+MARKOV_PARAMETERS = 400
+HIGHEST_ORDER = 40
+DECAY_SAMPLES = 32
+
+
+@dataclass(frozen=True)
+class Realizations:
+    """What OKID and ERA say, before any refinement.
+
+    Attributes:
+        hankel: the factorised Hankel matrix of the whole records.
+        p: number of observer Markov parameters used.
+        order: chosen order, even.
+        chosen_by: how the order was chosen, in words.
+        diagram: the stabilisation diagram.
+        observer: the realization of that order, observer gain included.
+    """
+
+    hankel: HankelFactors
+    p: int
+    order: int
+    chosen_by: str
+    diagram: tuple[StablePole, ...]
+    observer: StateSpace
+
+
+def longest_observer(records: Records) -> int:
+    """Return the default p: 80, or as many as the records determine with five-fold excess."""
+    q = len(records.inputs) + len(records.outputs)
+    samples = sum(len(u) for u in records.u)
+    return max(min(OBSERVER_LENGTH, samples // (5 * q) - 1), 1)
+
+
+def realizations(records: Records, p: int | None, order: int | None) -> Realizations:
+    """Run OKID and ERA on the whole records and choose the order.
+
+    Noise-free records make a long observer ambiguous: p is then the longest for which the data
+    matrix still has full rank, the paper's p m = n.
+
+    Raises:
+        IdentificationError: too few samples, or an order that the Hankel matrix does not have.
+    """
+    r = len(records.inputs)
+    length = p or longest_observer(records)
+    observer_markov = okid(records.pairs, length, records.at_rest)
+    if p is None and observer_markov.rank_deficient:
+        length = 1
+        while not okid(records.pairs, length + 1, records.at_rest).rank_deficient:
+            length += 1
+        observer_markov = okid(records.pairs, length, records.at_rest)
+    count = max(min(MARKOV_PARAMETERS, max(len(u) for u in records.u) // 2), 2 * length + 2)
+    hankel = era(observer_markov.markov(count), keep=HIGHEST_ORDER + 20)
+    orders = range(2, HIGHEST_ORDER + 1, 2)
+    diagram = stabilisation(hankel, records.dt, r, orders)
+    chosen_by = "given"
+    if order is None:
+        order = order_from_singular_values(hankel.singular_values)
+        chosen_by = "a clear gap in the singular values"
+        if order is None:
+            order = 2 * len(persistent_poles(diagram))
+            chosen_by = "the poles that stay in the stabilisation diagram"
+        if not order:
+            raise IdentificationError(
+                "no order stands out: neither a gap in the singular values nor a stable pole; "
+                "choose one with --order"
+            )
+    observer = hankel.realize(order, records.dt, r)
+    return Realizations(hankel, length, order, chosen_by, tuple(diagram), observer)
+
+
+def candidate_poles(records: Records, found: Realizations) -> list[tuple[str, ComplexArray]]:
+    """Return the starting poles worth trying, each with the name of its origin."""
+    modes = max(found.order // 2, 1)
+    whole, _ = continuous_poles(found.observer)
+    candidates = [("OKID/ERA", whole)]
+    steady = persistent_poles(found.diagram)
+    if len(steady) >= modes:
+        candidates.append(("the stabilisation diagram", steady))
+    decay = _free_decay_poles(records, found.order)
+    if decay is not None:
+        candidates.append(("ERA on the free decay", decay))
+    return [(name, _strongest(poles, modes)) for name, poles in candidates if len(poles)]
+
+
+def _strongest(poles: ComplexArray, modes: int) -> ComplexArray:
+    """Keep the ``modes`` most lightly damped poles: heavy damping is what noise looks like."""
+    damping = -poles.real / np.abs(poles)
+    kept = np.sort(np.argsort(np.abs(damping))[:modes])
+    return np.asarray(poles[kept])
+
+
+def free_decay_markov(records: Records) -> Array | None:
+    """Return what follows the hits as impulse responses, (samples, outputs, records), or None."""
+    tails = []
+    for hit, y in zip(records.hits, records.y, strict=True):
+        if hit is None:
+            return None
+        tails.append(y[hit[1] :] - y[hit[1] :].mean(axis=0))
+    length = min(len(tail) for tail in tails)
+    if length < DECAY_SAMPLES:
+        return None
+    return np.stack([tail[:length] for tail in tails], axis=2)
+
+
+def _free_decay_poles(records: Records, order: int) -> ComplexArray | None:
+    decay = free_decay_markov(records)
+    if decay is None:
+        return None
+    markov = np.concatenate([np.zeros((1, *decay.shape[1:])), decay[: 2 * MARKOV_PARAMETERS]])
+    try:
+        model = era(markov).realize(order, records.dt, decay.shape[2])
+    except IdentificationError:
+        return None
+    return continuous_poles(model)[0]
