@@ -16,6 +16,7 @@ from twin.identification.records import Records, prepare
 from twin.identification.result import Identification
 from twin.identification.second_order import second_order_from_poles
 from twin.identification.starts import Realizations, candidate_poles, realizations
+from twin.identification.structured import structured_second_order
 from twin.modal import ModalModel
 from twin.recording import Recording
 from twin.second_order import SecondOrderModel
@@ -24,6 +25,8 @@ ComplexArray = NDArray[np.complex128]
 
 HOLDS: tuple[Hold, ...] = ("band-limited", "held")
 OUT_OF_BAND = 1.3
+BELIEVABLE = 1e-4
+"""Below this probability the identified residues are not those of a symmetric structure."""
 
 
 def identify(
@@ -175,4 +178,13 @@ def _second_order(
         )
     except IdentificationError as error:
         return None, [str(error)]
-    return model, []
+    refined, chance = structured_second_order(
+        model, fit, records.outputs, records.inputs, records.dt
+    )
+    if chance < BELIEVABLE:
+        return model, [
+            "M, K and R are those of eq. (41): the residues are not those of a symmetric "
+            "structure with forces and accelerations at the same points "
+            f"(probability {chance:.1g})"
+        ]
+    return refined, ["M, K and R agree best with all modal parameters, started from eq. (41)"]

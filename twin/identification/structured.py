@@ -1,0 +1,169 @@
+"""M, K and R that agree best with all modal parameters at once, in the metric of their errors.
+
+Equation (41) uses each residue as it comes: a symmetric second-order model has fewer parameters
+than the modal model, so the identified residues and the direct term contradict each other within
+their errors. Minimum distance in the metric of the Fisher information settles that as maximum
+likelihood on the structured model would, to first order, without a second look at the data.
+
+Source: the principle of indirect estimation, Soderstrom and Stoica, System Identification (1989).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg, optimize, stats
+
+from twin.identification.maximum_likelihood import ModalFit, pack
+from twin.place import split_channel
+from twin.second_order import SecondOrderModel
+
+Array = NDArray[np.float64]
+
+STEP = 1e-3
+EXACT = 1e-12
+"""Relative error of a frequency below which data are noise-free and eq. (41) is exact."""
+
+
+def structured_second_order(
+    start: SecondOrderModel,
+    fit: ModalFit,
+    outputs: Sequence[str],
+    inputs: Sequence[str],
+    dt: float,
+) -> tuple[SecondOrderModel, float]:
+    """Refine M, K and R against the modal fit they came from.
+
+    Args:
+        start: from eq. (41).
+        fit: the maximum-likelihood modal fit.
+        outputs: accelerations, one for each coordinate of ``start``.
+        inputs: forces on coordinates of ``start``.
+        dt: sampling interval [s].
+
+    Returns:
+        The model and the probability that a structure of this kind disagrees with its modal fit
+        by as much or more; a small one says that the structure is of another kind. The start is
+        returned unchanged when the fit does not converge.
+    """
+    rows = [start.coordinates.index(_place(name)) for name in outputs]
+    columns = [start.coordinates.index(_place(name)) for name in inputs]
+    p = fit.parameters
+    count = len(pack(replace(p, edges=(), transient=p.transient[:0]), False))
+    target = pack(p, fit.residual)[:count]
+    weight = _root_of_inverse(fit.fisher_covariance[:count, :count])
+    rank = np.argsort(p.omega)
+    if np.min(fit.modal_std(bound=True)[0] * 2 * np.pi / p.omega) < EXACT:
+        return start, 1.0
+    build, unknowns = _modal_coordinates(start, fit)
+
+    def distance(x: Array) -> Array:
+        model = build(x)
+        poles, W = symmetric_modes(model)
+        omega, zeta = np.abs(poles), -poles.real / np.abs(poles)
+        psi, participation = np.empty_like(p.psi), np.empty_like(p.participation)
+        for i, r in enumerate(rank):
+            w = W[:, i]
+            anchor = w[rows[p.anchor[r]]]
+            psi[:, r] = w[rows] / anchor
+            gain = poles[i] ** 2
+            if fit.hold == "held":
+                gain = gain * (np.exp(poles[i] * dt) - 1) / poles[i]
+            participation[r] = gain * anchor * w[columns]
+        order = np.argsort(rank)
+        direct = np.asarray(np.linalg.inv(model.M))[np.ix_(rows, columns)]
+        here = replace(
+            p,
+            omega=omega[order],
+            zeta=zeta[order],
+            psi=psi,
+            participation=participation,
+            D=direct,
+            transient=p.transient[:0],
+            edges=(),
+        )
+        return np.asarray(weight @ (pack(here, False) - target))
+
+    def slope(x: Array) -> Array:
+        steps = STEP * np.eye(len(x))
+        return np.column_stack([(distance(x + h) - distance(x - h)) / (2 * STEP) for h in steps])
+
+    try:
+        found = optimize.least_squares(distance, np.zeros(unknowns), slope, method="lm")
+    except (ValueError, np.linalg.LinAlgError):
+        return start, 0.0
+    freedom = count - unknowns
+    chance = float(stats.chi2.sf(2 * found.cost, freedom)) if freedom > 0 else 1.0
+    return build(found.x), chance
+
+
+def _modal_coordinates(
+    start: SecondOrderModel, fit: ModalFit
+) -> tuple[Callable[[Array], SecondOrderModel], int]:
+    """Parametrise M = T'T, K = T' W^2 T, R = T' C T around ``start``; return builder and size.
+
+    W holds the undamped frequencies, known a thousand times better than the masses: as parameters
+    of their own they do not make the least-squares problem stiff.
+    """
+    n = len(start.M)
+    stiffness, shapes = linalg.eigh(start.K, start.M)
+    T0, omega0 = np.linalg.inv(shapes), np.sqrt(np.maximum(stiffness, 1e-12 * stiffness[-1]))
+    damping0 = shapes.T @ start.R @ shapes
+    upper = np.triu_indices(n)
+    size = np.sqrt(np.abs(np.outer(np.diag(damping0), np.diag(damping0))))[upper] + 1e-6 * omega0[0]
+    relative_std = np.sort(fit.modal_std(bound=True)[0])[0] * 2 * np.pi / omega0[-1]
+
+    def build(x: Array) -> SecondOrderModel:
+        omega = omega0 * np.exp(x[:n] * relative_std)
+        T = (np.eye(n) + 0.01 * x[n : n + n * n].reshape(n, n)) @ T0
+        C = np.zeros((n, n))
+        C[upper] = damping0[upper] + 0.01 * size * x[n + n * n :]
+        C = C + np.triu(C, 1).T
+        return SecondOrderModel(
+            T.T @ T, T.T @ C @ T, T.T @ np.diag(omega**2) @ T, start.coordinates
+        )
+
+    return build, n + n * n + n * (n + 1) // 2
+
+
+def symmetric_modes(model: SecondOrderModel) -> tuple[Array, Array]:
+    """Return poles and vectors w with displacement response sum of w w^T / (s - l) + conjugate.
+
+    Returns:
+        Poles with positive imaginary part, by magnitude, (n,), and W, (n, n).
+
+    Raises:
+        ValueError: a mode does not oscillate.
+    """
+    n = len(model.M)
+    values, vectors = np.linalg.eig(model.state_matrix())
+    keep = np.flatnonzero(values.imag > 0)
+    if len(keep) != n:
+        raise ValueError("a mode does not oscillate")
+    keep = keep[np.argsort(np.abs(values[keep]))]
+    poles, V = values[keep], vectors[:n, keep]
+    scale = np.einsum("ir,ijr,jr->r", V, _slope(model, poles), V)
+    return poles, np.asarray(V / np.sqrt(scale))
+
+
+def _slope(model: SecondOrderModel, poles: Array) -> Array:
+    """Derivative 2 l M + R of the dynamic stiffness at each pole, (n, n, n)."""
+    return np.asarray(2 * poles * model.M[:, :, None] + model.R[:, :, None])
+
+
+def _place(name: str) -> str:
+    channel = split_channel(name)
+    assert channel is not None
+    return str(channel[1])
+
+
+def _root_of_inverse(covariance: Array) -> Array:
+    """Return W with W^T W equal to the inverse of a covariance, scaled for conditioning."""
+    std = np.sqrt(np.diag(covariance))
+    correlation = covariance / np.outer(std, std)
+    values, vectors = linalg.eigh((correlation + correlation.T) / 2)
+    values = np.maximum(values, 1e-13 * values[-1])
+    return np.asarray((vectors / np.sqrt(values)).T / std)
