@@ -27,6 +27,11 @@ def test_quantised_samples_are_whole_steps_and_off_by_half_a_step_at_most():
     assert 0.49 * step < np.abs(reading.samples - SINE).max() <= 0.5 * step
 
 
+def test_a_converter_has_no_negative_zero():
+    reading = Instrument(full_scale=1.0, bits=8).digitise(np.full(3, -1e-6), rng())
+    assert not np.any(np.signbit(reading.samples))
+
+
 def test_24_bits_are_the_default_over_the_auto_range():
     reading = Instrument().digitise(SINE, rng())
     assert reading.full_scale == 5.0

@@ -100,7 +100,7 @@ class Instrument:
         if self.bits is None:
             return Reading(np.clip(noisy, -scale, scale), std, scale, clipped)
         half = 2 ** (self.bits - 1)
-        code = np.clip(np.round(noisy / scale * half), -half, half - 1)
+        code = np.clip(np.round(noisy / scale * half), -half, half - 1) + 0.0  # no -0
         return Reading(code * (scale / half), std, scale, clipped)
 
 

@@ -3,6 +3,8 @@
 from twin.laboratory.analyser import Analyser
 from twin.laboratory.earthquake import Earthquake
 from twin.laboratory.excitation import Excitation, TimeBase
+from twin.laboratory.experiment import Experiment, run, settling_time
+from twin.laboratory.ground_motion import read_ground_motion
 from twin.laboratory.hammer import Hammer
 from twin.laboratory.multisine import Multisine
 from twin.laboratory.random_shaking import RandomShaking
@@ -12,9 +14,13 @@ __all__ = [
     "Analyser",
     "Earthquake",
     "Excitation",
+    "Experiment",
     "Hammer",
     "Multisine",
     "RandomShaking",
     "Sweep",
     "TimeBase",
+    "read_ground_motion",
+    "run",
+    "settling_time",
 ]

@@ -128,3 +128,14 @@ class Analyser:
         filter_ = self.filter(base.factor)
         start = -base.first - filter_.reach
         return decimate(history[start:], base.factor, filter_)
+
+
+def straight_lines(history: Array) -> Array:
+    """Return the samples that stand, in the analyser's band, for straight lines between samples.
+
+    A force that runs straight from sample to sample has the spectrum of its samples times
+    sinc^2(f / rate); the analyser's filter sees the force, not the samples. Three taps give that
+    factor within (pi f / rate)^4 / 15: at 1024 Hz, in the band to 16 Hz, 4e-7 instead of 8e-4.
+    """
+    padded = np.pad(history, 1, mode="edge")
+    return (padded[:-2] + 10 * padded[1:-1] + padded[2:]) / 12

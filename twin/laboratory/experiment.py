@@ -1,0 +1,180 @@
+"""A virtual test: an excitation, a place, an analyser and its instruments, run on a twin."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.errors import ExperimentError, available
+from twin.instruments import INSTRUMENT_OF, Instrument, Reading
+from twin.laboratory.analyser import Analyser, straight_lines
+from twin.laboratory.excitation import Excitation, TimeBase, finite
+from twin.laboratory.hammer import Hammer
+from twin.model import Twin
+from twin.place import SI_UNIT
+from twin.recording import Channel, Recording
+
+Array = NDArray[np.float64]
+
+LONGEST_SETTLING_S = 600.0
+"""No shaker runs longer than this before the record begins, unless told to [s]."""
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """What is done to the rig and how it is measured.
+
+    Attributes:
+        excitation: hammer, shaker signal or ground motion.
+        at: where it acts: floorI, or ground. A shaker on the ground pushes it through a stinger:
+            the base plate is unbolted and slides on its suspension. The stinger is ideal (stiff
+            along its axis, without mass, soft across), so the load cell measures what enters the
+            ground. A ground motion acts at the ground whatever is said here.
+        analyser: sampling, anti-alias filter and length of the record.
+        channels: what is recorded; None for the input, the acceleration of every floor, that of
+            the ground where it is free, and the pendulum's angle where there is one.
+        instruments: by channel name or by kind (force, acc, disp, angle); the name wins. Others
+            are ideal, with 24 bits.
+        settle_s: time before the record during which a shaker that runs all the time runs
+            already [s]. The rig is at rest before.
+
+    Raises:
+        ExperimentError: an instrument for a channel that cannot be, a negative settling time.
+    """
+
+    excitation: Excitation = field(default_factory=Hammer)
+    at: str = "floor1"
+    analyser: Analyser = field(default_factory=Analyser)
+    channels: tuple[str, ...] | None = None
+    instruments: Mapping[str, Instrument] = field(default_factory=dict)
+    settle_s: float = 0.0
+
+    def __post_init__(self) -> None:
+        finite(self.settle_s, "the settling time", "s")
+        for name in self.instruments:
+            if name not in INSTRUMENT_OF:
+                Channel(name)
+        for name in self.channels or ():
+            Channel(name)
+        object.__setattr__(self, "instruments", MappingProxyType(dict(self.instruments)))
+
+    @property
+    def input(self) -> str:
+        """The channel that measures what drives the rig."""
+        return "acc_ground" if self.excitation.moves_the_ground else f"force_{self.at}"
+
+    def instrument(self, channel: str) -> Instrument:
+        """Return the instrument of a channel."""
+        kind = Channel(channel).kind
+        return self.instruments.get(channel, self.instruments.get(kind, INSTRUMENT_OF[kind]))
+
+    def time_base(self) -> TimeBase:
+        """Return the instants the test is simulated at."""
+        return self.analyser.time_base(self.excitation.shortest_s, self.settle_s)
+
+
+def run(
+    experiment: Experiment,
+    twin: Twin,
+    seed: int = 0,
+    repetition: int = 0,
+    progress: Callable[[float], None] | None = None,
+) -> Recording:
+    """Carry out a test on a twin.
+
+    Args:
+        experiment: what is done.
+        twin: the rig.
+        seed: the same seed gives the same recording, bit for bit.
+        repetition: number of the repetition: other noise, another realisation of random shaking.
+        progress: told the share of the simulation that is done, 0 to 1.
+
+    Returns:
+        The recording in SI units; the notes name clipped channels.
+
+    Raises:
+        ExperimentError: the rig has no such place or channel, or the excitation does not fit.
+    """
+    base = experiment.time_base()
+    rng = stream(seed, repetition, f"excitation {experiment.excitation.kind}")
+    history = experiment.excitation.history(base, rng)
+    truth = _simulate(experiment, twin, base, history, progress)
+    # response and input alike are what a continuous filter in front of the sampler would see
+    truth[experiment.input] = straight_lines(truth[experiment.input])
+    names = experiment.channels or _usual_channels(experiment, truth)
+    readings = {}
+    for name in names:
+        if name not in truth:
+            raise ExperimentError(
+                f"{twin.source}: nothing measures '{name}' in this test; there is "
+                f"{available(sorted(truth))}"
+            )
+        instrument = experiment.instrument(name)
+        samples = experiment.analyser.sample(instrument.sense(truth[name], base.rate_hz), base)
+        readings[name] = instrument.digitise(samples, stream(seed, repetition, name))
+    return Recording.build(
+        experiment.analyser.sampling_hz,
+        {name: reading.samples for name, reading in readings.items()},
+        source=f"virtual {experiment.excitation.kind} test of {twin.source}",
+        notes=tuple(_clipping_notes(readings)),
+    )
+
+
+def settling_time(rig: Twin, left: float = 1e-4) -> float:
+    """Return how long a motion of the rig takes to die out to the share ``left`` [s].
+
+    It is that of the slowest mode; a motion that never dies out (a ground that floats) counts as
+    one that needs ten minutes, the longest time returned.
+    """
+    poles = np.linalg.eigvals(rig.linearisation().generalised.state_matrix())
+    slowest = float(np.min(-poles.real))
+    return min(-math.log(left) / slowest, LONGEST_SETTLING_S) if slowest > 0 else LONGEST_SETTLING_S
+
+
+def stream(seed: int, repetition: int, name: str) -> np.random.Generator:
+    """Return random numbers of their own for each name: one channel more changes no other."""
+    return np.random.default_rng(np.random.SeedSequence([seed, repetition, *name.encode()]))
+
+
+def _simulate(
+    experiment: Experiment,
+    twin: Twin,
+    base: TimeBase,
+    history: Array,
+    progress: Callable[[float], None] | None,
+) -> dict[str, Array]:
+    """Return every channel there is at the physics rate, the input's among them."""
+    if experiment.excitation.moves_the_ground:
+        motion = twin.simulate({}, base.rate_hz, base.samples, history, progress)
+        return {experiment.input: history, **motion.columns}
+    places = ("ground", *twin.floors)
+    if experiment.at not in places:
+        raise ExperimentError(
+            f"{twin.source}: no '{experiment.at}' to act on; there is {available(places)}"
+        )
+    rig = twin.released() if experiment.at == "ground" else twin
+    forces = {experiment.input: history}
+    motion = rig.simulate(forces, base.rate_hz, base.samples, progress=progress)
+    return {**forces, **motion.columns}
+
+
+def _usual_channels(experiment: Experiment, truth: Mapping[str, Array]) -> tuple[str, ...]:
+    """Return the input, the accelerations of what can move, and the pendulum's angle."""
+    moving = [name for name, x in truth.items() if Channel(name).kind == "acc" and np.any(x)]
+    angle = ["angle_pendulum"] if "angle_pendulum" in truth else []
+    return tuple(dict.fromkeys([experiment.input, *moving, *angle]))
+
+
+def _clipping_notes(readings: Mapping[str, Reading]) -> list[str]:
+    """Return one sentence for each channel that went beyond its range."""
+    return [
+        f"{name} was clipped at {reading.full_scale:g} {SI_UNIT[Channel(name).kind]} in "
+        f"{reading.clipped} of {len(reading.samples)} samples"
+        for name, reading in readings.items()
+        if reading.clipped
+    ]
