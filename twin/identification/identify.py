@@ -15,6 +15,7 @@ from twin.identification.proportional_damping import proportional_damping
 from twin.identification.records import Records, prepare
 from twin.identification.result import Identification
 from twin.identification.second_order import second_order_from_poles
+from twin.identification.spectra import Spectrum
 from twin.identification.starts import Realizations, candidate_poles, realizations
 from twin.identification.structured import structured_second_order
 from twin.modal import ModalModel
@@ -25,6 +26,8 @@ ComplexArray = NDArray[np.complex128]
 
 HOLDS: tuple[Hold, ...] = ("band-limited", "held")
 OUT_OF_BAND = 1.3
+HEAVY = 0.5
+"""A mode with more damping than this is a smooth background, not a resonance."""
 BELIEVABLE = 1e-4
 """Below this probability the identified residues are not those of a symmetric structure."""
 
@@ -60,8 +63,8 @@ def identify(
     notes = [*records.notes, f"order {found.order} by {found.chosen_by}"]
     if 2 * len(fit.parameters.omega) != found.order:
         notes.append(f"{found.order} states gave {len(fit.parameters.omega)} modes inside the band")
-    second_order, why_not = _second_order(fit, records, found)
-    notes += why_not
+    second_order, remarks = _second_order(fit, records)
+    notes += remarks
     p_fit = fit.parameters
     freq_std, damping_std = fit.modal_std()
     freq_bound, damping_bound = fit.modal_std(bound=True)
@@ -72,8 +75,14 @@ def identify(
         alpha, beta = proportional_damping(freq[rank], p_fit.zeta[rank])
     else:
         notes.append("alpha and beta need two modes")
+    slowing = found.records.dt / records.dt
+    if slowing > 1.5:
+        notes.append(
+            f"OKID and ERA ran at {1 / found.records.dt:.4g} Hz: the input excites nothing above"
+        )
+    observer = found.observer if slowing < 1.5 else None
     edges = [s.edge for s in records.spectra(band_hz, fit.hold == "band-limited")]
-    model = realize(fit, records.pairs, records.dt, found.observer)
+    model = realize(fit, records.pairs, records.dt, observer)
     if model.G is None:
         notes.append("G: no stable observer gain belongs to the refined poles")
     return Identification(
@@ -104,6 +113,8 @@ def identify(
             predict(fit, u, y, records.dt, edge)
             for (u, y), edge in zip(records.pairs, edges, strict=True)
         ),
+        diagram=found.diagram,
+        fit=fit,
         natural_freq_bound=freq_bound[rank],
         damping_ratio_bound=damping_bound[rank],
         notes=tuple(notes),
@@ -121,51 +132,50 @@ def refine(
     Raises:
         IdentificationError: no starting point leads to a fit.
     """
-    best: tuple[str, ModalFit] | None = None
+    fits: list[tuple[str, ModalFit]] = []
     problem = "no oscillating pole was found"
+    # The same samples are left free whatever the hold, so that likelihoods can be compared.
+    spectra = records.spectra(band_hz, edges=True)
+    top = max(float(s.omega[-1]) for s in spectra)
     for hold in HOLDS:
-        spectra = records.spectra(band_hz, hold == "band-limited")
-        top = max(float(s.omega[-1]) for s in spectra)
-        for name, poles in candidate_poles(records, found):
+        for name, poles in candidate_poles(found):
             inside = poles[np.abs(poles) < OUT_OF_BAND * top]
-            if not len(inside):
-                continue
             try:
-                fit = fit_modal(spectra, inside, hold)
+                fits.append((name, fit_modal(spectra, inside, hold)))
             except IdentificationError as error:
                 problem = str(error)
-                continue
-            if best is None or fit.log_likelihood > best[1].log_likelihood:
-                best = name, fit
-    if best is None:
+    if not fits:
         raise IdentificationError(f"the refinement found no model: {problem}")
-    name, fit = best
-    if prune:
-        fit = _without_needless_modes(fit, records, band_hz)
+    name, fit = min(fits, key=lambda named: named[1].bic)
+    fuller = fit_modal(spectra, fit.parameters.poles, fit.hold, residual=True)
+    fit = fuller if fuller.bic < fit.bic else fit
+    fit = _without_needless_modes(fit, spectra) if prune else fit
+    if fit.hold == "held" and any(s.edge for s in spectra):
+        spectra = records.spectra(band_hz, edges=False)
+        fit = fit_modal(spectra, fit.parameters.poles, fit.hold, fit.residual)
     return name, fit
 
 
-def _without_needless_modes(
-    fit: ModalFit, records: Records, band_hz: tuple[float, float] | None
-) -> ModalFit:
-    """Drop modes with negative damping, and every mode the data are better off without."""
-    spectra = records.spectra(band_hz, fit.hold == "band-limited")
+def _without_needless_modes(fit: ModalFit, spectra: Sequence[Spectrum]) -> ModalFit:
+    """Drop modes that no structure has, then every mode the data are better off without.
+
+    A structure's modes lose energy, and one whose frequency is vague within its own bandwidth
+    is a blur in the residual, not a resonance.
+    """
     while len(fit.parameters.omega) > 1:
-        zeta, poles = fit.parameters.zeta, fit.parameters.poles
-        worst = int(np.argmin(zeta))
+        p = fit.parameters
         _, damping_std = fit.modal_std(bound=True)
-        vague = int(np.argmax(damping_std))
-        suspect = worst if zeta[worst] <= 0 else vague
-        smaller = fit_modal(spectra, np.delete(poles, suspect), fit.hold, fit.residual)
-        if zeta[worst] > 0 and smaller.bic > fit.bic:
+        top = max(float(s.omega[-1]) for s in spectra)
+        impossible = (p.zeta <= 0) | (p.zeta > HEAVY) | (p.omega > top)
+        suspect = int(np.argmax(np.where(impossible, np.inf, damping_std / np.abs(p.zeta))))
+        smaller = fit_modal(spectra, np.delete(p.poles, suspect), fit.hold, fit.residual)
+        if not impossible[suspect] and smaller.bic > fit.bic:
             break
         fit = smaller
     return fit
 
 
-def _second_order(
-    fit: ModalFit, records: Records, found: Realizations
-) -> tuple[SecondOrderModel | None, list[str]]:
+def _second_order(fit: ModalFit, records: Records) -> tuple[SecondOrderModel | None, list[str]]:
     p = fit.parameters
     participation = p.participation
     if fit.hold == "held":

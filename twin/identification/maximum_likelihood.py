@@ -32,7 +32,8 @@ from twin.identification.spectra import Spectrum
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-NOISE_ROUNDS = 3
+TOLERANCES = (1e-6, 1e-8, 1e-12)
+"""Relative tolerances of the rounds between which the noise levels are estimated anew."""
 MAX_ZETA = 0.95
 
 
@@ -50,7 +51,8 @@ class ModalFit:
             stays right where the noise is not quite as assumed.
         fisher_covariance: the Cramer-Rao bound, the inverse of the Fisher information.
         log_likelihood: of the residual.
-        unknowns: number of fitted parameters.
+        unknowns: number of fitted parameters; outputs left free at the ends do not count, they
+            stand for data that are not used.
         data: number of real data.
     """
 
@@ -142,12 +144,12 @@ def fit_modal(
     # which hides the resonances from the fit and keeps it poor.
     power = np.mean([np.mean(np.abs(s.Y) ** 2, axis=0) for s in spectra], axis=0)
     noise = NoiseLevels(power, np.zeros(spectra[0].U.shape[1]))
-    for _ in range(NOISE_ROUNDS):
+    for tolerance in TOLERANCES:
         responses = [
             frequency_response(unpack(x, start, residual), s, hold, w_max) for s in spectra
         ]
         whiten = [whitener(covariance(noise, G)) for G in responses]
-        x = _solve(x, start, spectra, whiten, hold, w_max, residual)
+        x = _solve(x, start, spectra, whiten, hold, w_max, residual, tolerance)
         parameters = unpack(x, start, residual)
         errors = [s.Y - respond(parameters, s, i, hold, w_max) for i, s in enumerate(spectra)]
         responses = [frequency_response(parameters, s, hold, w_max) for s in spectra]
@@ -163,6 +165,7 @@ def _solve(
     hold: Hold,
     w_max: float,
     residual: bool,
+    tolerance: float,
 ) -> Array:
     def error(x: Array) -> Array:
         p = unpack(x, like, residual)
@@ -178,8 +181,8 @@ def _solve(
         return -np.sqrt(2) * np.vstack([J.real, J.imag])
 
     found = optimize.least_squares(
-        error, x, slope, method="lm", x_scale="jac", xtol=1e-12, ftol=1e-12, gtol=1e-12,
-        max_nfev=200,
+        error, x, slope, method="lm", x_scale="jac", ftol=tolerance, xtol=tolerance, gtol=1e-12,
+        max_nfev=60,
     )  # fmt: skip
     return np.asarray(found.x)
 
@@ -249,7 +252,7 @@ def _summarise(
         covariance=sandwich / np.outer(scale, scale),
         fisher_covariance=inverse / np.outer(scale, scale),
         log_likelihood=-log_det - float(np.sum(np.abs(white) ** 2)),
-        unknowns=J.shape[1],
+        unknowns=J.shape[1] - sum(edge.size for edge in p.edges),
         data=2 * J.shape[0],
     )
 

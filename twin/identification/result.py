@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.arrays import frozen
+from twin.identification.maximum_likelihood import ModalFit
+from twin.identification.stabilisation import StablePole
 from twin.modal import ModalModel
 from twin.recording import Recording
 from twin.second_order import SecondOrderModel
@@ -37,6 +39,8 @@ class Identification:
         recordings: what it was fitted to.
         predicted: outputs re-simulated from the measured inputs, one array a recording,
             (samples, outputs).
+        diagram: the poles of the stabilisation diagram.
+        fit: the maximum-likelihood modal fit behind the modal parameters.
         notes: what a reader has to know, one sentence each.
     """
 
@@ -55,6 +59,8 @@ class Identification:
     predicted: tuple[Array, ...]
     natural_freq_bound: Array | None = None
     damping_ratio_bound: Array | None = None
+    diagram: tuple[StablePole, ...] = ()
+    fit: ModalFit | None = None
     notes: tuple[str, ...] = field(default=())
 
     def __post_init__(self) -> None:

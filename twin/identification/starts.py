@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +12,14 @@ from twin.identification.era import HankelFactors, era
 from twin.identification.okid import okid
 from twin.identification.order import order_from_singular_values
 from twin.identification.records import Records
+from twin.identification.spectra import USABLE_FRACTION, excited_band
 from twin.identification.stabilisation import (
     StablePole,
     continuous_poles,
     persistent_poles,
     stabilisation,
 )
+from twin.signals.resampling import resample
 from twin.state_space import StateSpace
 
 Array = NDArray[np.float64]
@@ -27,6 +29,9 @@ OBSERVER_LENGTH = 80
 MARKOV_PARAMETERS = 400
 HIGHEST_ORDER = 40
 DECAY_SAMPLES = 32
+GIVEN = "given"
+SLOWING_MARGIN = 1.2
+"""How far the slower rate's usable band reaches beyond the excited one."""
 
 
 @dataclass(frozen=True)
@@ -34,6 +39,7 @@ class Realizations:
     """What OKID and ERA say, before any refinement.
 
     Attributes:
+        records: what OKID saw, resampled where the input excites low frequencies only.
         hankel: the factorised Hankel matrix of the whole records.
         p: number of observer Markov parameters used.
         order: chosen order, even.
@@ -42,6 +48,7 @@ class Realizations:
         observer: the realization of that order, observer gain included.
     """
 
+    records: Records
     hankel: HankelFactors
     p: int
     order: int
@@ -57,6 +64,27 @@ def longest_observer(records: Records) -> int:
     return max(min(OBSERVER_LENGTH, samples // (5 * q) - 1), 1)
 
 
+def slowed(records: Records) -> Records:
+    """Resample records whose input excites a small part of their bandwidth only.
+
+    Poles crowd around 1 when the sampling is much faster than the vibration, and Markov
+    parameters of a given number then span too short a time.
+    """
+    _, top = excited_band(records.u, records.dt)
+    rate = 1 / records.dt
+    factor = int(USABLE_FRACTION * rate / (SLOWING_MARGIN * top))
+    shortest = min(len(u) for u in records.u)
+    if factor < 2 or shortest // factor < 4 * DECAY_SAMPLES:
+        return records
+    u, y = (
+        tuple(resample(block, rate, rate / factor) for block in blocks)
+        for blocks in (records.u, records.y)
+    )
+    slow = tuple(replace(x, sampling_hz=rate / factor) for x in records.recordings)
+    hits = tuple(h and (h[0] // factor, -(-h[1] // factor)) for h in records.hits)
+    return replace(records, recordings=slow, u=u, y=y, hits=hits)
+
+
 def realizations(records: Records, p: int | None, order: int | None) -> Realizations:
     """Run OKID and ERA on the whole records and choose the order.
 
@@ -67,6 +95,7 @@ def realizations(records: Records, p: int | None, order: int | None) -> Realizat
         IdentificationError: too few samples, or an order that the Hankel matrix does not have.
     """
     r = len(records.inputs)
+    records = slowed(records)
     length = p or longest_observer(records)
     observer_markov = okid(records.pairs, length, records.at_rest)
     if p is None and observer_markov.rank_deficient:
@@ -78,7 +107,7 @@ def realizations(records: Records, p: int | None, order: int | None) -> Realizat
     hankel = era(observer_markov.markov(count), keep=HIGHEST_ORDER + 20)
     orders = range(2, HIGHEST_ORDER + 1, 2)
     diagram = stabilisation(hankel, records.dt, r, orders)
-    chosen_by = "given"
+    chosen_by = GIVEN
     if order is None:
         order = order_from_singular_values(hankel.singular_values)
         chosen_by = "a clear gap in the singular values"
@@ -91,24 +120,30 @@ def realizations(records: Records, p: int | None, order: int | None) -> Realizat
                 "choose one with --order"
             )
     observer = hankel.realize(order, records.dt, r)
-    return Realizations(hankel, length, order, chosen_by, tuple(diagram), observer)
+    return Realizations(records, hankel, length, order, chosen_by, tuple(diagram), observer)
 
 
-def candidate_poles(records: Records, found: Realizations) -> list[tuple[str, ComplexArray]]:
-    """Return the starting poles worth trying, each with the name of its origin."""
+def candidate_poles(found: Realizations) -> list[tuple[str, ComplexArray]]:
+    """Return the starting poles worth trying, each with the name of its origin.
+
+    With an order given by hand every start has as many modes; otherwise the stabilisation
+    diagram may know more modes than the gap in the singular values shows.
+    """
     modes = max(found.order // 2, 1)
+    by_hand = found.chosen_by == GIVEN
     whole, _ = continuous_poles(found.observer)
-    candidates = [("OKID/ERA", whole)]
+    candidates = [("OKID/ERA", _most_lightly_damped(whole, modes))]
     steady = persistent_poles(found.diagram)
-    if len(steady) >= modes:
-        candidates.append(("the stabilisation diagram", steady))
-    decay = _free_decay_poles(records, found.order)
+    if len(steady) >= modes or not by_hand:
+        count = modes if by_hand else len(steady)
+        candidates.append(("the stabilisation diagram", _most_lightly_damped(steady, count)))
+    decay = _free_decay_poles(found.records, found.order)
     if decay is not None:
-        candidates.append(("ERA on the free decay", decay))
-    return [(name, _strongest(poles, modes)) for name, poles in candidates if len(poles)]
+        candidates.append(("ERA on the free decay", _most_lightly_damped(decay, modes)))
+    return [(name, poles) for name, poles in candidates if len(poles)]
 
 
-def _strongest(poles: ComplexArray, modes: int) -> ComplexArray:
+def _most_lightly_damped(poles: ComplexArray, modes: int) -> ComplexArray:
     """Keep the ``modes`` most lightly damped poles: heavy damping is what noise looks like."""
     damping = -poles.real / np.abs(poles)
     kept = np.sort(np.argsort(np.abs(damping))[:modes])
