@@ -175,27 +175,3 @@ class Recording:
         if len(data) < 2:
             raise RecordingError(f"{self.source}: nothing left between samples {start} and {stop}")
         return replace(self, data=data, start_s=self.start_s + start / self.sampling_hz)
-
-
-def clipped_channels(recording: Recording, least: int = 3) -> dict[str, int]:
-    """Return the channels that look clipped and how many samples lie at their limit.
-
-    A channel is clipped when runs of at least ``least`` equal samples sit at its largest or
-    smallest value: a converter at the end of its range repeats itself, a vibration does not.
-    """
-    found = {}
-    for index, name in enumerate(recording.names):
-        x = recording.data[:, index]
-        if x.min() == x.max():
-            continue
-        count = 0
-        for limit in (x.min(), x.max()):
-            if limit == 0:
-                continue
-            at_limit = np.concatenate([[0], (x == limit).astype(int), [0]])
-            edges = np.flatnonzero(np.diff(at_limit))
-            lengths = edges[1::2] - edges[::2]
-            count += int(lengths[lengths >= least].sum())
-        if count:
-            found[name] = count
-    return found
