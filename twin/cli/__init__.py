@@ -4,14 +4,21 @@ from __future__ import annotations
 
 import sys
 from importlib import import_module
+from typing import NoReturn
 
-import click
 import typer
 
 from twin.errors import TwinError
 
 COMMANDS = ("demo", "test", "identify", "paper", "convert", "view")
 """Modules of this package that hold one command each (or a group, as ``test`` does)."""
+
+# typer stands on click or carries a copy of its own: catch what it raises itself
+_USAGE_ERROR: type[Exception] = next(
+    kind
+    for kind in typer.BadParameter.__mro__
+    if kind.__name__ == "ClickException" and issubclass(kind, Exception)
+)
 
 
 def build() -> typer.Typer:
@@ -33,13 +40,22 @@ def main(arguments: list[str] | None = None) -> None:
     """Run the command line; bad input ends with one line on standard error and exit code 2."""
     try:
         code = build()(args=arguments, standalone_mode=False)
-    except (TwinError, click.ClickException) as error:
-        text = error.format_message() if isinstance(error, click.ClickException) else str(error)
-        sys.stderr.write(f"twin: {' '.join(text.split())}\n")
-        sys.exit(2)
-    except click.exceptions.Exit as stop:
+    except TwinError as error:
+        _refuse(str(error))
+    except typer.Exit as stop:
         sys.exit(stop.exit_code)
-    except (KeyboardInterrupt, click.Abort):
+    except (KeyboardInterrupt, typer.Abort):
         sys.stderr.write("twin: interrupted\n")
         sys.exit(130)
+    except _USAGE_ERROR as error:
+        # without arguments the help has been shown and there is no message
+        message = getattr(error, "format_message", error.__str__)()
+        if message.strip():
+            _refuse(message)
+        sys.exit(0)
     sys.exit(code if isinstance(code, int) else 0)
+
+
+def _refuse(message: str) -> NoReturn:
+    sys.stderr.write(f"twin: {' '.join(message.split())}\n")
+    sys.exit(2)
