@@ -1,6 +1,6 @@
 """What the text allows of (60)."""
 
-from itertools import groupby
+from itertools import groupby, pairwise
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ def test_the_ceiling_does_not_depend_on_the_controller_and_no_controller_passes_
 def test_cheaper_torque_reduces_more_and_swings_the_pendulum_further():
     for _, cases in groupby(reductions(), key=lambda case: (case.excited, case.noise_std)):
         cases = sorted(cases, key=lambda case: case.torque_weight)
-        for cheap, dear in zip(cases[:-1], cases[1:], strict=True):
+        for cheap, dear in pairwise(cases):
             assert np.all(np.array(cheap.steady) > np.array(dear.steady))
             assert cheap.peak_swing > dear.peak_swing
         assert cases[0].peak_swing < np.pi / 2
