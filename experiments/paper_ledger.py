@@ -1,12 +1,13 @@
 """The paper's ledger: every printed number beside ours, and what contradicts what.
 
-Run: python experiments/paper_ledger.py [FOLDER]
-Prints the table; with a folder, also writes ledger.txt and ledger.json there.
+Run: python experiments/paper_ledger.py
+The command ``twin paper`` prints the same and writes it as JSON on request.
 """
 
-import sys
+from rich.console import Console
 
-from twin.cli import main
+from twin.cli.paper import show
+from twin.paper import contradictions, ledger
 
 if __name__ == "__main__":
-    main(["paper", *(["--out", sys.argv[1]] if len(sys.argv) > 1 else [])])
+    show(Console(highlight=False), ledger(), contradictions())
