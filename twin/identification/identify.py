@@ -8,15 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.errors import IdentificationError
+from twin.identification.choice import best_fits, completed
 from twin.identification.discrete import predict, realize
-from twin.identification.maximum_likelihood import ModalFit, fit_modal
-from twin.identification.modal_response import Hold
+from twin.identification.maximum_likelihood import ModalFit
 from twin.identification.proportional_damping import proportional_damping
 from twin.identification.records import Records, prepare
 from twin.identification.result import Identification
 from twin.identification.second_order import second_order_from_poles
-from twin.identification.spectra import Spectrum
-from twin.identification.starts import Realizations, candidate_poles, realizations
+from twin.identification.starts import realizations
 from twin.identification.structured import structured_second_order
 from twin.modal import ModalModel
 from twin.recording import Recording
@@ -24,10 +23,6 @@ from twin.second_order import SecondOrderModel
 
 ComplexArray = NDArray[np.complex128]
 
-HOLDS: tuple[Hold, ...] = ("band-limited", "held")
-OUT_OF_BAND = 1.3
-HEAVY = 0.5
-"""A mode with more damping than this is a smooth background, not a resonance."""
 BELIEVABLE = 1e-4
 """Below this probability the identified residues are not those of a symmetric structure."""
 
@@ -59,11 +54,18 @@ def identify(
     """
     records = prepare(recordings, inputs, outputs)
     found = realizations(records, p, order)
-    origin, fit = refine(records, found, band_hz, prune=order is None)
+    for origin, start in best_fits(records, found, band_hz):
+        fit = completed(start, records, band_hz, prune=order is None)
+        second_order, believable, remarks = _second_order(fit, records)
+        if believable:
+            break
+    modes = len(fit.parameters.omega)
     notes = [*records.notes, f"order {found.order} by {found.chosen_by}"]
-    if 2 * len(fit.parameters.omega) != found.order:
-        notes.append(f"{found.order} states gave {len(fit.parameters.omega)} modes inside the band")
-    second_order, remarks = _second_order(fit, records)
+    if 2 * modes != found.order:
+        notes.append(
+            f"the data support {modes} modes inside the band (order {2 * modes}), by the Bayesian "
+            "information criterion"
+        )
     notes += remarks
     p_fit = fit.parameters
     freq_std, damping_std = fit.modal_std()
@@ -80,7 +82,9 @@ def identify(
         notes.append(
             f"OKID and ERA ran at {1 / found.records.dt:.4g} Hz: the input excites nothing above"
         )
-    observer = found.observer if slowing < 1.5 else None
+    observer = None
+    if slowing < 1.5 and 2 * modes <= found.hankel.rank:
+        observer = found.hankel.realize(2 * modes, records.dt, len(records.inputs))
     edges = [s.edge for s in records.spectra(band_hz, fit.hold == "band-limited")]
     model = realize(fit, records.pairs, records.dt, observer)
     if model.G is None:
@@ -121,61 +125,10 @@ def identify(
     )
 
 
-def refine(
-    records: Records,
-    found: Realizations,
-    band_hz: tuple[float, float] | None,
-    prune: bool,
-) -> tuple[str, ModalFit]:
-    """Fit from every starting point and input hold; return the most likely fit and its origin.
-
-    Raises:
-        IdentificationError: no starting point leads to a fit.
-    """
-    fits: list[tuple[str, ModalFit]] = []
-    problem = "no oscillating pole was found"
-    # The same samples are left free whatever the hold, so that likelihoods can be compared.
-    spectra = records.spectra(band_hz, edges=True)
-    top = max(float(s.omega[-1]) for s in spectra)
-    for hold in HOLDS:
-        for name, poles in candidate_poles(found):
-            inside = poles[np.abs(poles) < OUT_OF_BAND * top]
-            try:
-                fits.append((name, fit_modal(spectra, inside, hold)))
-            except IdentificationError as error:
-                problem = str(error)
-    if not fits:
-        raise IdentificationError(f"the refinement found no model: {problem}")
-    name, fit = min(fits, key=lambda named: named[1].bic)
-    fuller = fit_modal(spectra, fit.parameters.poles, fit.hold, residual=True)
-    fit = fuller if fuller.bic < fit.bic else fit
-    fit = _without_needless_modes(fit, spectra) if prune else fit
-    if fit.hold == "held" and any(s.edge for s in spectra):
-        spectra = records.spectra(band_hz, edges=False)
-        fit = fit_modal(spectra, fit.parameters.poles, fit.hold, fit.residual)
-    return name, fit
-
-
-def _without_needless_modes(fit: ModalFit, spectra: Sequence[Spectrum]) -> ModalFit:
-    """Drop modes that no structure has, then every mode the data are better off without.
-
-    A structure's modes lose energy, and one whose frequency is vague within its own bandwidth
-    is a blur in the residual, not a resonance.
-    """
-    while len(fit.parameters.omega) > 1:
-        p = fit.parameters
-        _, damping_std = fit.modal_std(bound=True)
-        top = max(float(s.omega[-1]) for s in spectra)
-        impossible = (p.zeta <= 0) | (p.zeta > HEAVY) | (p.omega > top)
-        suspect = int(np.argmax(np.where(impossible, np.inf, damping_std / np.abs(p.zeta))))
-        smaller = fit_modal(spectra, np.delete(p.poles, suspect), fit.hold, fit.residual)
-        if not impossible[suspect] and smaller.bic > fit.bic:
-            break
-        fit = smaller
-    return fit
-
-
-def _second_order(fit: ModalFit, records: Records) -> tuple[SecondOrderModel | None, list[str]]:
+def _second_order(
+    fit: ModalFit, records: Records
+) -> tuple[SecondOrderModel | None, bool, list[str]]:
+    """Return M, K and R, whether the fit may be a structure's, and what to say about them."""
     p = fit.parameters
     participation = p.participation
     if fit.hold == "held":
@@ -187,14 +140,14 @@ def _second_order(fit: ModalFit, records: Records) -> tuple[SecondOrderModel | N
             p.poles, p.psi, participation, records.outputs, records.inputs
         )
     except IdentificationError as error:
-        return None, [str(error)]
+        return None, True, [str(error)]
     refined, chance = structured_second_order(
         model, fit, records.outputs, records.inputs, records.dt
     )
-    if chance < BELIEVABLE:
-        return model, [
-            "M, K and R are those of eq. (41): the residues are not those of a symmetric "
-            "structure with forces and accelerations at the same points "
-            f"(probability {chance:.1g})"
-        ]
-    return refined, ["M, K and R agree best with all modal parameters, started from eq. (41)"]
+    if chance >= BELIEVABLE:
+        return refined, True, ["M, K and R agree best with all modal parameters, from eq. (41) on"]
+    remark = (
+        "M, K and R are those of eq. (41): the residues are not those of a symmetric structure "
+        f"with forces and accelerations at the same points (probability {chance:.1g})"
+    )
+    return model, False, [remark]

@@ -47,8 +47,8 @@ class ModalFit:
         residual: whether the out-of-band term is part of the model.
         w_max: highest analysed angular frequency [rad/s].
         noise: noise levels of outputs and inputs.
-        covariance: of the parameters in the order of ``jacobian``, by the sandwich formula, which
-            stays right where the noise is not quite as assumed.
+        covariance: of the parameters in the order of ``jacobian``: the bound, widened for modes
+            near whose resonance the residual is larger than the noise elsewhere.
         fisher_covariance: the Cramer-Rao bound, the inverse of the Fisher information.
         log_likelihood: of the residual.
         unknowns: number of fitted parameters; outputs left free at the ends do not count, they
@@ -237,11 +237,9 @@ def _summarise(
     scale = np.sqrt(np.maximum(np.sum(np.abs(J) ** 2, axis=0), np.finfo(float).tiny))
     fisher = 2 * np.real((J / scale).conj().T @ (J / scale))
     inverse = np.linalg.pinv(fisher, hermitian=True)
-    scores = 2 * np.real((J / scale).conj() * white[:, None])
-    m = spectra[0].Y.shape[1]
-    clustered = scores.reshape(-1, m, scores.shape[1]).sum(axis=1)
-    lost = 1 - J.shape[1] / (2 * J.shape[0])
-    sandwich = inverse @ (clustered.T @ clustered) @ inverse / lost
+    n = len(p.omega)
+    misfit = np.ones(J.shape[1])
+    misfit[:n] = misfit[n : 2 * n] = [_misfit(J[:, i], white) for i in range(n)]
     log_det = sum(float(np.sum(np.linalg.slogdet(C)[1])) for C in covariances)
     return ModalFit(
         parameters=replace(p),
@@ -249,12 +247,24 @@ def _summarise(
         residual=residual,
         w_max=w_max,
         noise=noise,
-        covariance=sandwich / np.outer(scale, scale),
+        covariance=inverse * np.outer(misfit / scale, misfit / scale),
         fisher_covariance=inverse / np.outer(scale, scale),
         log_likelihood=-log_det - float(np.sum(np.abs(white) ** 2)),
         unknowns=J.shape[1] - sum(edge.size for edge in p.edges),
         data=2 * J.shape[0],
     )
+
+
+def _misfit(sensitivity: ComplexArray, white: ComplexArray) -> float:
+    """Return by how much the residual exceeds the noise where a parameter has its information.
+
+    The whitened residual's power, weighted with the information each line holds; 1 unless it is
+    larger than chance allows (three and a half standard deviations).
+    """
+    weight = np.abs(sensitivity) ** 2
+    power = float(np.sum(weight * np.abs(white) ** 2) / np.sum(weight))
+    lines = float(np.sum(weight) ** 2 / np.sum(weight**2))
+    return float(np.sqrt(power)) if power > 1 + 3.5 / np.sqrt(lines) else 1.0
 
 
 def _real(values: ComplexArray) -> Array:

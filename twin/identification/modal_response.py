@@ -62,7 +62,8 @@ def basis(
     poles: ComplexArray, s: Spectrum, hold: Hold
 ) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
     """Return b, its derivative by the pole, t and its derivative, each (bins, poles)."""
-    decay = np.exp(poles * s.dt)
+    # A trial pole of an iteration may run away; a bounded growth keeps the numbers finite.
+    decay = np.exp(np.minimum(poles.real * s.dt, 1.0) + 1j * poles.imag * s.dt)
     z = s.z[:, None]
     t = 1 / (1 - decay / z)
     t_slope = s.dt * (decay / z) * t**2

@@ -47,8 +47,12 @@ def structured_second_order(
     Returns:
         The model and the probability that a structure of this kind disagrees with its modal fit
         by as much or more; a small one says that the structure is of another kind. The start is
-        returned unchanged when the fit does not converge.
+        returned unchanged where more is measured or driven than its coordinates, where the data
+        are exact, and when the fit does not converge.
     """
+    measured = [f"acc_{place}" for place in start.coordinates]
+    if set(outputs) != set(measured) or any(_place(n) not in start.coordinates for n in inputs):
+        return start, 1.0
     rows = [start.coordinates.index(_place(name)) for name in outputs]
     columns = [start.coordinates.index(_place(name)) for name in inputs]
     p = fit.parameters
