@@ -54,11 +54,14 @@ def identify(
     """
     records = prepare(recordings, inputs, outputs)
     found = realizations(records, p, order)
+    options = []
     for origin, start in best_fits(records, found, band_hz):
         fit = completed(start, records, band_hz, prune=order is None)
         second_order, believable, remarks = _second_order(fit, records)
+        options.append((origin, fit, second_order, remarks))
         if believable:
             break
+    origin, fit, second_order, remarks = options[-1 if believable else 0]
     modes = len(fit.parameters.omega)
     notes = [*records.notes, f"order {found.order} by {found.chosen_by}"]
     if 2 * modes != found.order:

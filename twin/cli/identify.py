@@ -1,0 +1,129 @@
+"""``twin identify``: modes, matrices and their uncertainty from recordings."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from twin.cli.common import Json, Out, Seed, console, folder, write_json
+from twin.cli.convert import Map, Rate
+
+if TYPE_CHECKING:
+    from twin.identification.result import Identification
+    from twin.recording import Recording
+
+DEFAULT_FOLDER = Path("twin-identify")
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("identify")(identify_recordings)
+
+
+def identify_recordings(
+    recordings: Annotated[
+        list[Path], typer.Argument(metavar="RECORDING...", help="Recordings of one structure.")
+    ],
+    order: Annotated[
+        int | None,
+        typer.Option("--order", min=1, help="Number of states; default: the data decide."),
+    ] = None,
+    p: Annotated[
+        int | None, typer.Option("--p", min=1, help="Number of observer Markov parameters.")
+    ] = None,
+    inputs: Annotated[
+        list[str] | None, typer.Option("--input", help="Channel that drives; repeat for several.")
+    ] = None,
+    outputs: Annotated[
+        list[str] | None, typer.Option("--output", help="Channel that responds; repeat.")
+    ] = None,
+    band: Annotated[
+        tuple[float, float] | None,
+        typer.Option("--band", metavar="LOW HIGH", help="Frequencies to use [Hz]."),
+    ] = None,
+    channel_map: Map = None,
+    rate: Rate = None,
+    period: Annotated[
+        int | None,
+        typer.Option("--period", min=2, help="Samples in a period of a periodic excitation."),
+    ] = None,
+    unseen: Annotated[
+        int, typer.Option("--unseen", min=0, help="Last periods that the fit does not see.")
+    ] = 0,
+    tests: Annotated[
+        list[Path] | None,
+        typer.Option("--test", help="Recording that the fit does not see; repeat."),
+    ] = None,
+    model: Annotated[
+        str | None,
+        typer.Option("--model", help="MJCF to show as the true structure beside the identified."),
+    ] = None,
+    out: Out = None,
+    seed: Seed = 0,
+    json: Json = None,
+) -> None:
+    """Identify natural frequencies, damping, mode shapes and matrices with their uncertainty.
+
+    OKID/ERA, then maximum likelihood; the note "route" says which estimate was taken. Figures and
+    a Rerun recording go to the folder of --out.
+
+    Example: twin identify hits/hammer_1.csv hits/hammer_2.csv --out found --json found.json
+    """
+    from twin.formats import parse_channel_map, read_recording
+    from twin.identification.as_json import as_json
+    from twin.identification.identify import identify
+    from twin.model import Twin
+    from twin.view.report import print_identification, write_identification
+
+    del seed  # nothing here is random; the option exists on every command
+    terminal = console(json)
+    mapping = parse_channel_map(channel_map or [])
+    truth = Twin.load(model) if model else None
+    train = [read_recording(path, mapping, rate) for path in recordings]
+    kept = [read_recording(path, mapping, rate) for path in tests or []]
+    if period:
+        train, held_back = split_periods(train, period, unseen)
+        kept += held_back
+    with terminal.status("identifying"):
+        result = identify(train, order, p, inputs, outputs, band)
+    errors = unseen_errors(result, kept)
+    print_identification(terminal, result, truth, errors)
+    files = write_identification(folder(out or DEFAULT_FOLDER), result, truth)
+    terminal.print(f"written: {', '.join(str(path) for path in files)}")
+    write_json(as_json(result) | {"unseen_nrmse": errors}, json)
+
+
+def split_periods(
+    recordings: list[Recording], period: int, unseen: int
+) -> tuple[list[Recording], list[Recording]]:
+    """Return whole periods to fit and the last ``unseen`` periods of each recording.
+
+    Raises:
+        RecordingError: a recording has too few periods.
+    """
+    from twin.errors import RecordingError
+
+    fitted, kept = [], []
+    for recording in recordings:
+        whole = recording.samples // period
+        if whole <= unseen:
+            raise RecordingError(
+                f"{recording.source}: {recording.samples} samples hold {whole} periods of "
+                f"{period}; {unseen} unseen periods leave none to fit"
+            )
+        fitted.append(recording.trim(0, (whole - unseen) * period))
+        if unseen:
+            kept.append(recording.trim((whole - unseen) * period, whole * period))
+    return fitted, kept
+
+
+def unseen_errors(result: Identification, recordings: list[Recording]) -> dict[str, float]:
+    """Return the NRMSE on each recording that the fit has not seen."""
+    from twin.identification.unseen import unseen_nrmse
+
+    return {
+        f"{recording.source} from {recording.start_s:g} s": unseen_nrmse(result, recording)
+        for recording in recordings
+    }
