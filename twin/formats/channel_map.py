@@ -1,0 +1,187 @@
+"""Which column of a foreign file becomes which channel."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from twin.errors import RecordingError
+from twin.formats.table import Column, Table
+from twin.place import split_channel
+from twin.recording import CHANNEL_HELP
+from twin.units import EXAMPLES, shown, si_factor, split_name
+
+TIME = "time"
+
+
+@dataclass(frozen=True)
+class Assignment:
+    """One column in use.
+
+    Attributes:
+        index: which column of the table.
+        name: the channel it becomes, or "time".
+        factor: what its values are multiplied by to be in SI.
+        label: the column as messages name it.
+    """
+
+    index: int
+    name: str
+    factor: float
+    label: str
+
+
+def parse_channel_map(options: Sequence[str]) -> dict[str, str]:
+    """Read entries such as "Force=force_floor1 [N]" into {"Force": "force_floor1 [N]"}.
+
+    Raises:
+        RecordingError: an entry without "=", an unknown channel, or a doubled one.
+    """
+    found: dict[str, str] = {}
+    for option in options:
+        foreign, equals, ours = (part.strip() for part in option.rpartition("="))
+        if not equals or not foreign or not ours:
+            raise RecordingError(
+                f"--map {shown(option)} is not of the form 'Force=force_floor1 [N]'"
+            )
+        name, _ = split_name(ours)
+        if not known(name):
+            raise RecordingError(
+                f"--map {shown(option)}: unknown channel {shown(name)}; "
+                f"channels are time, {CHANNEL_HELP}"
+            )
+        if foreign in found:
+            raise RecordingError(f"--map names the column {shown(foreign)} twice")
+        found[foreign] = ours
+    return found
+
+
+def known(name: str) -> bool:
+    """Return whether this is the name of a channel or of the time column."""
+    return name == TIME or split_channel(name) is not None
+
+
+def assign(
+    table: Table, channel_map: Mapping[str, str] | None, rate_given: bool
+) -> tuple[list[Assignment], tuple[str, ...]]:
+    """Choose the columns to load, the time column among them if there is one.
+
+    Without a map every column has to carry a channel's name and a unit. With one, only what it
+    names is used, and a column "time" that has a unit.
+
+    Args:
+        table: what the file offers.
+        channel_map: {column's name: "channel [unit]"}; a unit here overrides the file's.
+        rate_given: the sampling rate is known, so that a time column may lack its unit.
+
+    Returns:
+        The assignments and notes on what was left out.
+
+    Raises:
+        RecordingError: unknown or doubled channels, missing or wrong units, a map that names
+            what the file lacks.
+    """
+    if channel_map:
+        chosen, notes = _mapped(table, channel_map, rate_given)
+    else:
+        chosen, notes = _all_columns(table), ()
+    _refuse_doubles(table, chosen)
+    return [_assignment(table, *choice) for choice in chosen], notes
+
+
+def _all_columns(table: Table) -> list[tuple[int, str, str | None]]:
+    """Take every column under its own name."""
+    chosen = []
+    for index, column in enumerate(table.columns):
+        if not known(column.name):
+            raise RecordingError(
+                f"{table.source}: unknown channel {column.label}; channels are {CHANNEL_HELP}; "
+                f"say what it is with --map '{_plain(column.name)}=force_floor1 [N]'"
+            )
+        chosen.append((index, column.name, column.unit))
+    return chosen
+
+
+def _mapped(
+    table: Table, channel_map: Mapping[str, str], rate_given: bool
+) -> tuple[list[tuple[int, str, str | None]], tuple[str, ...]]:
+    """Take what the map names."""
+    chosen: list[tuple[int, str, str | None]] = []
+    notes = []
+    for foreign, ours in channel_map.items():
+        index = _find(table, foreign)
+        column = table.columns[index]
+        name, unit = split_name(ours)
+        if not known(name):
+            raise RecordingError(
+                f"{table.source}: unknown channel {shown(name)} in the channel map; "
+                f"channels are time, {CHANNEL_HELP}"
+            )
+        if unit and column.unit and unit != column.unit:
+            notes.append(f"column {column.label} is read in [{unit}], as the channel map says")
+        chosen.append((index, name, unit or column.unit))
+    used = {index for index, _, _ in chosen}
+    if all(name != TIME for _, name, _ in chosen):
+        for index, column in enumerate(table.columns):
+            if column.name == TIME and index not in used and (column.unit or not rate_given):
+                chosen.append((index, TIME, column.unit))
+                used.add(index)
+                break
+    left = [c.label for i, c in enumerate(table.columns) if i not in used and c.name]
+    if left:
+        notes.append(f"left out, as the channel map does not name them: {', '.join(left)}")
+    return chosen, tuple(notes)
+
+
+def _find(table: Table, foreign: str) -> int:
+    """Return the index of the one column that is called so, with or without its unit."""
+    wanted = split_name(foreign)
+    matches = [
+        index
+        for index, column in enumerate(table.columns)
+        if column.name == foreign or (column.name, column.unit) == wanted
+    ]
+    if not matches:
+        raise RecordingError(
+            f"{table.source}: no column {shown(foreign)}, which the channel map names; "
+            f"the file has {table.listed()}"
+        )
+    if len(matches) > 1:
+        raise RecordingError(
+            f"{table.source}: column {shown(foreign)} appears {len(matches)} times "
+            f"(columns {', '.join(str(index + 1) for index in matches)})"
+        )
+    return matches[0]
+
+
+def _refuse_doubles(table: Table, chosen: list[tuple[int, str, str | None]]) -> None:
+    first: dict[str, int] = {}
+    for index, name, _ in chosen:
+        if name in first:
+            raise RecordingError(
+                f"{table.source}: channel '{name}' appears twice "
+                f"(columns {first[name] + 1} and {index + 1})"
+            )
+        first[name] = index
+
+
+def _assignment(table: Table, index: int, name: str, unit: str | None) -> Assignment:
+    """Look up the unit; refuse a column that holds no numbers."""
+    column: Column = table.columns[index]
+    where = f"{table.source}: column {column.label}"
+    if column.problem:
+        raise RecordingError(f"{where} {column.problem}")
+    parts = split_channel(name)
+    kind = parts[0] if parts else TIME
+    if unit is None:
+        example = EXAMPLES[kind].split(",")[0]
+        also = " or give the sampling rate (--rate HZ)" if kind == TIME else ""
+        raise RecordingError(
+            f"{where} has no unit; write {EXAMPLES[kind]} behind its name, "
+            f"or --map '{_plain(column.name)}={name} {example}'{also}"
+        )
+    return Assignment(index, name, si_factor(unit, kind, where), column.label)
+
+
+def _plain(name: str) -> str:
+    return shown(name)[1:-1]
