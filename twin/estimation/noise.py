@@ -12,8 +12,9 @@ from scipy import optimize
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-ROUNDING = 1e-26
-"""Smallest noise variance as a share of the response's power: no computation is noise-free."""
+ROUNDING = 1e-9
+"""Smallest noise variance as a share of the response's power: 90 dB below the response no chain
+of instruments measures, and nothing down there is evidence for another mode."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,8 @@ def fit_noise(
     e = e / np.sqrt(max(1 - unknowns / (2 * e.size), 0.1))
     power = np.mean(np.abs(np.einsum("kmr,kr->km", G, U)) ** 2, axis=0)
     scale_y = np.mean(np.abs(e) ** 2, axis=0)
-    scale_y = np.maximum(scale_y, ROUNDING * power + np.finfo(float).tiny)
+    least = ROUNDING * power + np.finfo(float).tiny
+    scale_y = np.maximum(scale_y, least)
     # The input noise that would explain the whole residual by itself.
     gain = np.mean(np.abs(G) ** 2, axis=0) + np.finfo(float).tiny
     scale_u = np.min(scale_y[:, None] / gain, axis=0)
@@ -74,7 +76,8 @@ def fit_noise(
         return float(value) / len(e), slope / len(e)
 
     guess = np.concatenate([np.zeros(m), np.full(r, np.log(0.1))])
-    bounds = [(-12.0, 2.0)] * m + [(-16.0, 12.0)] * r
+    lowest = np.maximum(np.log(least / scale_y), -12.0)
+    bounds = [(low, 2.0) for low in lowest] + [(-16.0, 12.0)] * r
     found = optimize.minimize(cost, guess, jac=True, method="L-BFGS-B", bounds=bounds)
     level = scales * np.exp(found.x)
     return NoiseLevels(level[:m], level[m:])

@@ -48,23 +48,27 @@ class ObserverMarkov:
         Entry k >= 1 is Gamma_k = [Y_k, Y0_k]; entry 0 is [D, 0].
 
         Returns:
-            Array of shape (count + 1, outputs, inputs + outputs).
+            Array of shape (count + 1, outputs, inputs + outputs); not finite where the recursion
+            is unstable.
         """
         p, m, r = self.Y1.shape
         gamma = np.zeros((count + 1, m, r + m))
         gamma[0, :, :r] = self.D
         own = np.concatenate([self.Y1, self.Y2], axis=2)
         past = self.Y2.transpose(1, 0, 2)
-        for k in range(1, count + 1):
-            reach = min(k, p)
-            history = gamma[k - reach : k][::-1].reshape(reach * m, r + m)
-            gamma[k] = -past[:, :reach].reshape(m, reach * m) @ history
-            if k <= p:
-                gamma[k] += own[k - 1]
+        with np.errstate(over="ignore", invalid="ignore"):
+            for k in range(1, count + 1):
+                reach = min(k, p)
+                history = gamma[k - reach : k][::-1].reshape(reach * m, r + m)
+                gamma[k] = -past[:, :reach].reshape(m, reach * m) @ history
+                if k <= p:
+                    gamma[k] += own[k - 1]
         return gamma
 
 
-def okid(records: Sequence[Record], p: int, at_rest: bool = True) -> ObserverMarkov:
+def okid(
+    records: Sequence[Record], p: int, at_rest: bool = True, ridge: float = 0.0
+) -> ObserverMarkov:
     """Identify the observer Markov parameters by least squares over all records, eq. (28).
 
     The Gram matrix of the data matrix (27) is summed from lag products, without the data matrix;
@@ -75,6 +79,8 @@ def okid(records: Sequence[Record], p: int, at_rest: bool = True) -> ObserverMar
         records: inputs and outputs, each (samples, channels), of equal sampling rate.
         p: number of observer Markov parameters.
         at_rest: whether the zeros that (27) puts before the first sample are true.
+        ridge: white noise to assume on every channel, as a share of its power. It keeps the
+            observer of records that are nearly free of noise from growing without bound.
 
     Raises:
         IdentificationError: the records are too short for p.
@@ -87,7 +93,7 @@ def okid(records: Sequence[Record], p: int, at_rest: bool = True) -> ObserverMar
             f"{usable} usable samples are too few for {unknowns} observer Markov parameters "
             f"(p = {p}); use a p of at most {max((usable - r) // (r + m + (not at_rest)), 0)}"
         )
-    theta, deficient = _by_normal_equations(records, p, at_rest), False
+    theta, deficient = _by_normal_equations(records, p, at_rest, ridge), False
     if theta is None:
         theta, deficient = _by_qr(records, p, at_rest)
     D, past = theta[:r].T, theta[r:].reshape(p, r + m, m)
@@ -96,7 +102,9 @@ def okid(records: Sequence[Record], p: int, at_rest: bool = True) -> ObserverMar
     )
 
 
-def _by_normal_equations(records: Sequence[Record], p: int, at_rest: bool) -> Array | None:
+def _by_normal_equations(
+    records: Sequence[Record], p: int, at_rest: bool, ridge: float
+) -> Array | None:
     r, m = records[0][0].shape[1], records[0][1].shape[1]
     q = r + m
     total = np.zeros((p + 1, q, p + 1, q))
@@ -107,12 +115,12 @@ def _by_normal_equations(records: Sequence[Record], p: int, at_rest: bool) -> Ar
     regressors = np.r_[0:r, q : (p + 1) * q]
     scale = np.sqrt(np.maximum(np.diag(gram), np.finfo(float).tiny))
     gram = gram / np.outer(scale, scale)
-    normal = gram[np.ix_(regressors, regressors)]
+    normal = gram[np.ix_(regressors, regressors)] + ridge * np.eye(len(regressors))
     factor, info = linalg.lapack.dpotrf(normal)
     if info != 0:
         return None
     reciprocal, _ = linalg.lapack.dpocon(factor, float(np.abs(normal).sum(axis=0).max()))
-    if reciprocal < WELL_CONDITIONED:
+    if reciprocal < WELL_CONDITIONED and not ridge:
         return None
     solved = linalg.cho_solve((factor, False), gram[np.ix_(regressors, target)])
     return np.asarray(solved * scale[target] / scale[regressors, None])

@@ -29,6 +29,10 @@ OBSERVER_LENGTH = 80
 MARKOV_PARAMETERS = 400
 HIGHEST_ORDER = 40
 DECAY_SAMPLES = 32
+ALIKE = 0.003
+"""Starting poles this close lead to the same fit."""
+RIDGES = (1e-10, 1e-8, 1e-6, 1e-4)
+"""Noise assumed on records that are nearly free of it, until the observer is stable."""
 GIVEN = "given"
 SLOWING_MARGIN = 1.2
 """How far the slower rate's usable band reaches beyond the excited one."""
@@ -96,15 +100,8 @@ def realizations(records: Records, p: int | None, order: int | None) -> Realizat
     """
     r = len(records.inputs)
     records = slowed(records)
-    length = p or longest_observer(records)
-    observer_markov = okid(records.pairs, length, records.at_rest)
-    if p is None and observer_markov.rank_deficient:
-        length = 1
-        while not okid(records.pairs, length + 1, records.at_rest).rank_deficient:
-            length += 1
-        observer_markov = okid(records.pairs, length, records.at_rest)
-    count = max(min(MARKOV_PARAMETERS, max(len(u) for u in records.u) // 2), 2 * length + 2)
-    hankel = era(observer_markov.markov(count), keep=HIGHEST_ORDER + 20)
+    length, markov = _markov_parameters(records, p)
+    hankel = era(markov, keep=HIGHEST_ORDER + 20)
     orders = range(2, HIGHEST_ORDER + 1, 2)
     diagram = stabilisation(hankel, records.dt, r, orders)
     chosen_by = GIVEN
@@ -121,6 +118,37 @@ def realizations(records: Records, p: int | None, order: int | None) -> Realizat
             )
     observer = hankel.realize(order, records.dt, r)
     return Realizations(records, hankel, length, order, chosen_by, tuple(diagram), observer)
+
+
+def _markov_parameters(records: Records, p: int | None) -> tuple[int, Array]:
+    """Return the observer length used and the combined Markov parameters."""
+    length = p or longest_observer(records)
+    observer = okid(records.pairs, length, records.at_rest)
+    if p is None and observer.rank_deficient:
+        length = 1
+        while not okid(records.pairs, length + 1, records.at_rest).rank_deficient:
+            length += 1
+        observer = okid(records.pairs, length, records.at_rest)
+    count = max(min(MARKOV_PARAMETERS, max(len(u) for u in records.u) // 2), 2 * length + 2)
+    markov = observer.markov(count)
+    if _settles(markov):
+        return length, markov
+    length = p or longest_observer(records)
+    for ridge in RIDGES:
+        markov = okid(records.pairs, length, records.at_rest, ridge).markov(count)
+        if _settles(markov):
+            return length, markov
+    raise IdentificationError(
+        f"OKID found no stable observer of length {length}; choose another with --p"
+    )
+
+
+def _settles(markov: Array) -> bool:
+    """Whether the Markov parameters stay bounded, as those of a damped structure do."""
+    if not np.all(np.isfinite(markov)):
+        return False
+    quarter = len(markov) // 4
+    return bool(np.abs(markov[-quarter:]).max() <= 3 * np.abs(markov[:quarter]).max())
 
 
 def candidate_poles(found: Realizations) -> list[tuple[str, ComplexArray]]:
@@ -140,7 +168,12 @@ def candidate_poles(found: Realizations) -> list[tuple[str, ComplexArray]]:
     decay = _free_decay_poles(found.records, found.order)
     if decay is not None:
         candidates.append(("ERA on the free decay", _most_lightly_damped(decay, modes)))
-    return [(name, poles) for name, poles in candidates if len(poles)]
+    distinct: list[tuple[str, ComplexArray]] = []
+    for name, poles in candidates:
+        near = [len(q) == len(poles) and np.allclose(q, poles, rtol=ALIKE) for _, q in distinct]
+        if len(poles) and not any(near):
+            distinct.append((name, poles))
+    return distinct
 
 
 def _most_lightly_damped(poles: ComplexArray, modes: int) -> ComplexArray:

@@ -24,7 +24,7 @@ from twin.second_order import SecondOrderModel
 Array = NDArray[np.float64]
 
 STEP = 1e-3
-EXACT = 1e-12
+EXACT = 1e-8
 """Relative error of a frequency below which data are noise-free and eq. (41) is exact."""
 
 

@@ -1,0 +1,59 @@
+import numpy as np
+import pytest
+
+from twin.errors import IdentificationError
+from twin.identification import era as module
+from twin.identification.era import era
+
+
+def decaying(count=80, outputs=3, columns=4, seed=0):
+    rng = np.random.default_rng(seed)
+    return (
+        rng.standard_normal((count + 1, outputs, columns))
+        * 0.9 ** np.arange(count + 1)[:, None, None]
+    )
+
+
+def hankel(markov, first, rows, columns):
+    padded = np.concatenate([markov, np.zeros_like(markov)])
+    return np.block([[padded[first + i + j] for j in range(columns)] for i in range(rows)])
+
+
+def test_the_product_with_the_implicit_hankel_matrix_is_the_product_with_the_matrix():
+    markov = decaying()
+    vectors = np.random.default_rng(1).standard_normal((40 * 4, 5))
+    fast = module._times(markov[2:], vectors, 40, 40)
+    np.testing.assert_allclose(fast, hankel(markov, 2, 40, 40) @ vectors, atol=1e-12)
+
+
+def test_a_sketch_finds_the_singular_values_of_the_dense_svd(monkeypatch):
+    markov = decaying(200)
+    dense = era(markov).singular_values
+    monkeypatch.setattr(module, "DENSE_LIMIT", 0)
+    np.testing.assert_allclose(era(markov, keep=20).singular_values[:5], dense[:5], rtol=1e-6)
+
+
+def test_the_realization_reproduces_markov_parameters_of_its_order():
+    rng = np.random.default_rng(2)
+    A = np.diag([0.9, 0.5, -0.7])
+    B, C = rng.standard_normal((3, 2)), rng.standard_normal((2, 3))
+    markov = np.array(
+        [rng.standard_normal((2, 2))] + [C @ np.linalg.matrix_power(A, k) @ B for k in range(40)]
+    )
+    model = era(markov).realize(3, 1.0, 2)
+    np.testing.assert_allclose(np.sort(model.poles.real), [-0.7, 0.5, 0.9], atol=1e-10)
+    np.testing.assert_allclose(model.C @ model.A @ model.A @ model.B, markov[3], atol=1e-10)
+    np.testing.assert_array_equal(model.D, markov[0])
+    assert model.G is None
+
+
+def test_an_order_above_the_rank_is_refused_with_the_rank():
+    markov = np.zeros((20, 1, 1))
+    markov[:, 0, 0] = 0.5 ** np.arange(20)
+    with pytest.raises(IdentificationError, match=r"order of 2 is not possible.*rank 1"):
+        era(markov).realize(2, 1.0, 1)
+
+
+def test_too_few_markov_parameters_are_refused():
+    with pytest.raises(IdentificationError, match="2 Markov parameters are too few"):
+        era(np.ones((3, 1, 1)))
