@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-import control
 import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
 from twin.arrays import frozen
+
+if TYPE_CHECKING:
+    import control
 
 Array = NDArray[np.float64]
 
@@ -60,6 +63,8 @@ class StateSpace:
 
     def to_control(self) -> control.StateSpace:
         """Return the same model as a python-control ``StateSpace``."""
+        import control  # here, because it brings all of matplotlib with it
+
         return control.StateSpace(self.A, self.B, self.C, self.D, 0 if self.dt is None else self.dt)
 
     def simulate(self, u: Array, z0: Array | None = None) -> Array:

@@ -1,0 +1,49 @@
+"""Rules of the house that no reviewer should have to check."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+LONGEST = 300
+
+
+def test_rooms_import_only_from_the_rooms_below_them():
+    command = Path(sys.executable).with_name("lint-imports")
+    done = subprocess.run(
+        [command, "--no-cache"], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_no_file_is_longer_than_300_lines():
+    long = {
+        str(path.relative_to(ROOT)): lines
+        for folder in ("twin", "experiments", "benchmarks", "tests")
+        for path in (ROOT / folder).rglob("*.py")
+        if (lines := len(path.read_text().splitlines())) > LONGEST
+    }
+    assert not long
+
+
+def test_importing_twin_loads_no_plotting_viewer_or_unit_library():
+    code = (
+        "import sys, twin; "
+        "print([m for m in ('matplotlib', 'rerun', 'jinja2', 'pint') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_the_product_never_names_the_shared_recordings():
+    guilty = [str(path) for path in (ROOT / "twin").rglob("*.py") if "shared/" in path.read_text()]
+    assert not guilty
+
+
+def test_no_pickle_is_ever_loaded():
+    guilty = [
+        str(path)
+        for path in (ROOT / "twin").rglob("*.py")
+        if "allow_pickle=True" in path.read_text() or "import pickle" in path.read_text()
+    ]
+    assert not guilty
