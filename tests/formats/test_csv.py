@@ -133,6 +133,11 @@ def test_damage_is_named_with_row_and_column(file, before, after, message):
     assert message in refusal(file(CLEAN.replace(before, after, 1)))
 
 
+def test_an_empty_row_of_a_single_column_is_not_skipped(file):
+    message = refusal(file("F\n1\n\n2\n"), {"F": "force_floor1 [N]"}, 8)
+    assert message == "row 3 is empty"
+
+
 def test_decimal_commas_get_a_hint(file):
     text = CLEAN.replace(",", ";").replace(".", ",")
     assert "'0,5' is not a number; decimals are written with a point" in refusal(file(text))

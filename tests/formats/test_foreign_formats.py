@@ -173,11 +173,11 @@ def test_a_hdf5_file_without_datasets_is_refused(tmp_path):
 # TDMS
 
 
-def write_tdms(path, rates=(8.0, 8.0), groups=("g", "g"), names=("F", "a"), start=0.0):
+def write_tdms(path, rates=(8.0, 8.0), groups=("g", "g"), names=("F", "a"), starts=(0.0, 0.0)):
     nptdms = pytest.importorskip("nptdms")
     with nptdms.TdmsWriter(path) as writer:
-        for rate, group, name, x, unit in zip(
-            rates, groups, names, (FORCE, ACC), ("N", "g"), strict=True
+        for rate, group, name, start, x, unit in zip(
+            rates, groups, names, starts, (FORCE, ACC), ("N", "g"), strict=True
         ):
             properties = {"unit_string": unit}
             if rate:
@@ -187,7 +187,7 @@ def write_tdms(path, rates=(8.0, 8.0), groups=("g", "g"), names=("F", "a"), star
 
 def test_tdms_channels_bring_rate_start_and_unit(tmp_path):
     path = tmp_path / "r.tdms"
-    write_tdms(path, start=2.5)
+    write_tdms(path, starts=(2.5, 2.5))
     recording = assert_read(path, {"F": "force_floor1", "a": "acc_floor1"})
     assert recording.start_s == 2.5
 
@@ -204,10 +204,12 @@ def test_tdms_channels_with_our_names_need_no_map(tmp_path):
     assert_read(path)
 
 
-def test_tdms_channels_of_different_rates_are_refused(tmp_path):
+def test_tdms_channels_of_different_rates_or_starts_are_refused(tmp_path):
     path = tmp_path / "r.tdms"
     write_tdms(path, rates=(8.0, 16.0))
     assert "not sampled together: 8 Hz from 0 s and 16 Hz" in refusal(path, MAP)
+    write_tdms(path, starts=(0.0, 0.01))
+    assert "8 Hz from 0 s and 8 Hz from 0.01 s" in refusal(path, MAP)
     write_tdms(path, rates=(8.0, None))
     assert "8 Hz from 0 s and no rate" in refusal(path, MAP)
 

@@ -44,6 +44,13 @@ def test_trimming_is_half_open_and_in_the_recordings_own_time():
     assert np.array_equal(part.data, recording(start=10.0).data[5:15])
 
 
+def test_rounding_of_the_times_moves_no_boundary():
+    tenths = recording(rate=10.0, start=0.1)
+    assert tenths.time[7] < 0.8
+    assert trim_seconds(tenths, 0.8, None).start_s == pytest.approx(0.8)
+    assert trim_seconds(tenths, None, 0.8).samples == 7
+
+
 def test_an_open_end_keeps_everything_there():
     assert trim_seconds(recording(), None, 1.0).samples == 50
     assert trim_seconds(recording(), 1.0, None).samples == 950

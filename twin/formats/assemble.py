@@ -67,8 +67,7 @@ def _load(table: Table, assignments: list[Assignment]) -> list[Array]:
                 f"{table.source}: column {assignment.label} has {len(values)} samples "
                 f"and column {assignments[0].label} has {len(raw[0])}"
             )
-        with np.errstate(over="ignore"):
-            values = values * assignment.factor
+        values = values * assignment.factor
         bad = np.flatnonzero(~np.isfinite(values))
         if len(bad):
             raise RecordingError(

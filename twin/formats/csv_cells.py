@@ -63,7 +63,7 @@ def _number(cell: str, where: str) -> float:
     if not text:
         raise RecordingError(f"{where}: the cell is empty")
     try:
-        if "_" in text or not text.isascii():  # Python would read 1_0 as ten
+        if "_" in text:  # Python would read 1_0 as ten
             raise ValueError
         return float(text)
     except ValueError:
