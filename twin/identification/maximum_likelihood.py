@@ -35,6 +35,7 @@ ComplexArray = NDArray[np.complex128]
 TOLERANCES = (1e-6, 1e-8, 1e-12)
 """Relative tolerances of the rounds between which the noise levels are estimated anew."""
 MAX_ZETA = 0.95
+MAX_DRIFT = 1.0
 
 
 @dataclass(frozen=True)
@@ -102,7 +103,10 @@ def unpack(x: Array, like: ModalParameters, residual: bool) -> ModalParameters:
         cursor += count
         return x[cursor - count : cursor]
 
-    omega, zeta = np.exp(take(n)), np.clip(take(n), -MAX_ZETA, MAX_ZETA)
+    # A mode that the data do not support runs away; bounded, it stays finite and is dropped later.
+    centre = np.log(like.omega)
+    omega = np.exp(np.clip(take(n), centre - MAX_DRIFT, centre + MAX_DRIFT))
+    zeta = np.clip(take(n), -MAX_ZETA, MAX_ZETA)
     psi = np.ones((m, n), complex)
     for i in range(n):
         psi[np.arange(m) != like.anchor[i], i] = _complex(take(2 * (m - 1)))
@@ -184,6 +188,8 @@ def _solve(
         error, x, slope, method="lm", x_scale="jac", ftol=tolerance, xtol=tolerance, gtol=1e-12,
         max_nfev=60,
     )  # fmt: skip
+    if not np.all(np.isfinite(found.x)):
+        raise IdentificationError("the maximum-likelihood fit diverged")
     return np.asarray(found.x)
 
 

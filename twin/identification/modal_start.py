@@ -13,6 +13,9 @@ from twin.identification.spectra import Spectrum
 ComplexArray = NDArray[np.complex128]
 Array = NDArray[np.float64]
 
+LEAST_DAMPING = 1e-5
+MOST_DAMPING = 0.9
+
 
 def from_poles(
     poles: ComplexArray, spectra: Sequence[Spectrum], hold: Hold, w_max: float, residual: bool
@@ -84,6 +87,6 @@ def _rank_one(
         participation[i] = residues[i] @ dual
         transient[:, i] = free[:, i] @ dual
     omega = np.abs(poles)
-    zeta = np.clip(-poles.real / omega, 1e-5, 0.9)
+    zeta = np.clip(-poles.real / omega, LEAST_DAMPING, MOST_DAMPING)
     anchor = np.argmax(np.abs(psi), axis=0)
     return ModalParameters(omega, zeta, psi, anchor, participation, D, D2, transient, tuple(edges))
