@@ -47,7 +47,7 @@ def identify_recordings(
     rate: Rate = None,
     period: Annotated[
         int | None,
-        typer.Option("--period", min=2, help="Samples in a period of a periodic excitation."),
+        typer.Option("--period", min=2, help="Samples in a period; the mean period is fitted."),
     ] = None,
     unseen: Annotated[
         int, typer.Option("--unseen", min=0, help="Last periods that the fit does not see.")
@@ -75,6 +75,7 @@ def identify_recordings(
     from twin.identification.as_json import as_json
     from twin.identification.identify import identify
     from twin.model import Twin
+    from twin.signals.periods import last_periods, mean_period
     from twin.view.report import print_identification, write_identification
 
     del seed  # nothing here is random; the option exists on every command
@@ -84,8 +85,8 @@ def identify_recordings(
     train = [read_recording(path, mapping, rate) for path in recordings]
     kept = [read_recording(path, mapping, rate) for path in tests or []]
     if period:
-        train, held_back = split_periods(train, period, unseen)
-        kept += held_back
+        kept += [last_periods(r, period, unseen) for r in train if unseen]
+        train = [mean_period(r, period, unseen) for r in train]
     with terminal.status("identifying"):
         result = identify(train, order, p, inputs, outputs, band)
     errors = unseen_errors(result, kept)
@@ -93,30 +94,6 @@ def identify_recordings(
     files = write_identification(folder(out or DEFAULT_FOLDER), result, truth)
     terminal.print(f"written: {', '.join(str(path) for path in files)}")
     write_json(as_json(result) | {"unseen_nrmse": errors}, json)
-
-
-def split_periods(
-    recordings: list[Recording], period: int, unseen: int
-) -> tuple[list[Recording], list[Recording]]:
-    """Return whole periods to fit and the last ``unseen`` periods of each recording.
-
-    Raises:
-        RecordingError: a recording has too few periods.
-    """
-    from twin.errors import RecordingError
-
-    fitted, kept = [], []
-    for recording in recordings:
-        whole = recording.samples // period
-        if whole <= unseen:
-            raise RecordingError(
-                f"{recording.source}: {recording.samples} samples hold {whole} periods of "
-                f"{period}; {unseen} unseen periods leave none to fit"
-            )
-        fitted.append(recording.trim(0, (whole - unseen) * period))
-        if unseen:
-            kept.append(recording.trim((whole - unseen) * period, whole * period))
-    return fitted, kept
 
 
 def unseen_errors(result: Identification, recordings: list[Recording]) -> dict[str, float]:
