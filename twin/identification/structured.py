@@ -62,7 +62,10 @@ def structured_second_order(
     rank = np.argsort(p.omega)
     if np.min(fit.modal_std(bound=True)[0] * 2 * np.pi / p.omega) < EXACT:
         return start, 1.0
-    build, unknowns = _modal_coordinates(start, fit)
+    try:
+        build, unknowns = _modal_coordinates(start, fit)
+    except np.linalg.LinAlgError:  # a mass matrix that is not positive definite
+        return start, 0.0
 
     def distance(x: Array) -> Array:
         model = build(x)
