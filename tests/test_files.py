@@ -29,7 +29,7 @@ def test_a_full_disk_is_one_line_that_names_the_file(tmp_path):
 
 def test_a_folder_in_the_place_of_the_file_is_one_line(tmp_path):
     (tmp_path / "out.csv").mkdir()
-    with pytest.raises(TwinError, match=r"out\.csv: cannot write"):
+    with pytest.raises(TwinError, match=r"out\.csv: cannot write: this is a folder"):
         write_whole(tmp_path / "out.csv", lambda part: part.write_text("x"))
 
 

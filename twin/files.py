@@ -24,6 +24,8 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> Path:
 
     Nothing half-written is left behind, and an older file survives a failure.
     """
+    if path.is_dir():
+        raise TwinError(f"{path}: cannot write: this is a folder")
     folder(path.parent)
     part: Path | None = None
     try:

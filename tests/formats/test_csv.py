@@ -154,8 +154,8 @@ def test_decimal_commas_get_a_hint(file):
         ("time [s]\n0\n1\n", "no channel but the time"),
         ("0,1\n1,2\n", "row 1 holds numbers where a header"),
         (CLEAN.encode("utf-16"), "this is UTF-16 text; save it as UTF-8"),
-        (b"\x89PNG\r\n\x1a\n\0\0\0", "this is a PNG image, not a .csv recording; reads .csv"),
-        (b"\x89HDF\r\n\x1a\n\0", "this is an HDF5 file, not a .csv recording; rename it to r.h5"),
+        (b"\x89PNG\r\n\x1a\n\0\0\0", "this is a PNG image, not a recording (.csv, .tsv"),
+        (b"\x89HDF\r\n\x1a\n\0", "this is an HDF5 file; rename it to r.h5"),
         (bytes(range(256)), "not a text file"),
         (b"\xff\xfe\xfd,\x80\n1,2\n", "this is UTF-16"),
         ("{}", "a header but no samples"),
@@ -168,8 +168,11 @@ def test_a_file_that_is_no_recording_says_so(file, content, message):
 
 def test_what_is_no_readable_file_says_so(tmp_path):
     assert refusal(tmp_path / "none.csv") == "there is no such file"
-    (tmp_path / "folder.csv").mkdir()
-    assert refusal(tmp_path / "folder.csv") == "this is a folder, not a recording"
+    for name in ("folder.csv", "folder"):
+        (tmp_path / name).mkdir()
+        assert refusal(tmp_path / name) == "this is a folder, not a recording"
+    for name in ("r.xlsx", "r"):
+        (tmp_path / name).write_text(CLEAN)
     assert refusal(tmp_path / "r.xlsx").startswith(".xlsx files cannot be read; .csv, .tsv")
     assert refusal(tmp_path / "r").startswith("files without a suffix cannot be read")
     (tmp_path / "loop.csv").symlink_to(tmp_path / "loop.csv")

@@ -55,8 +55,8 @@ def read_recording(
         TwinError: one line that names the file and, where they are to blame, column and row.
     """
     path = Path(path)
-    module = _module(path, tuple(FORMATS), "read")
     check_contents(path, ", ".join(FORMATS))
+    module = _module(path, tuple(FORMATS), "read")
     with decoding(path, path.suffix):
         recording = assemble(module.read(path), channel_map, sampling_hz)
     return replace(recording, notes=recording.notes + clipping_warnings(recording))

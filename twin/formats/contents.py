@@ -51,5 +51,8 @@ def check_contents(path: Path, supported: str) -> None:
     suffix = path.suffix.lower()
     for magic, what, suffixes in _MAGIC:
         if head.startswith(magic) and suffix not in suffixes:
-            advice = f"rename it to {path.stem}{suffixes[0]}" if suffixes else f"reads {supported}"
-            raise RecordingError(f"{path}: this is {what}, not a {suffix} recording; {advice}")
+            if suffixes:
+                raise RecordingError(
+                    f"{path}: this is {what}; rename it to {path.stem}{suffixes[0]}"
+                )
+            raise RecordingError(f"{path}: this is {what}, not a recording ({supported})")
