@@ -130,11 +130,56 @@ def test_a_constant_force_is_refused(held_hit):
         identify([Recording(32.0, held_hit.channels, data)])
 
 
-def test_a_dead_channel_is_named(held_hit):
+def test_a_dead_channel_is_left_out_and_named(held_hit):
     data = held_hit.data.copy()
     data[:, 2] = 0.0
-    with pytest.raises(IdentificationError, match="'acc_floor2' is constant"):
+    found = identify([Recording(32.0, held_hit.channels, data)])
+    assert found.outputs == ("acc_floor1",)
+    assert "acc_floor2 never moves and was left out" in found.notes
+
+
+def test_a_recording_whose_outputs_are_all_dead_is_refused(held_hit):
+    data = held_hit.data.copy()
+    data[:, 1:] = 1.0
+    with pytest.raises(IdentificationError, match="'acc_floor1' is constant"):
         identify([Recording(32.0, held_hit.channels, data)])
+
+
+@pytest.mark.parametrize("scale", [1e-300, 1e150])
+def test_absurd_scales_are_refused_with_the_channel(held_hit, scale):
+    with pytest.raises(IdentificationError, match=r"'force_floor1' peaks at .* check its unit"):
+        identify([Recording(32.0, held_hit.channels, held_hit.data * scale)])
+
+
+def test_a_single_enormous_outlier_ends_in_a_result_or_one_clear_error(held_hit):
+    data = noisy(held_hit, 0.01, 0).data.copy()
+    data[500, 1] = 1e6
+    try:
+        found = identify([Recording(32.0, held_hit.channels, data, "outlier.csv")])
+    except IdentificationError as error:
+        assert "outlier.csv" in str(error)
+    else:
+        assert np.all(np.isfinite(found.modal.natural_freq))
+
+
+def test_an_unknown_input_lists_the_channels(held_hit):
+    with pytest.raises(RecordingError, match=r"no channel 'force_floor9'; it has force_floor1"):
+        identify([held_hit], inputs=["force_floor9"])
+
+
+def test_a_channel_cannot_drive_and_respond(held_hit):
+    with pytest.raises(IdentificationError, match="'force_floor1' is named twice"):
+        identify([held_hit], outputs=["acc_floor1", "force_floor1"])
+
+
+def test_the_spread_of_mass_and_stiffness_is_stated_and_true(frame):
+    hits = [noisy(analysed(frame, one_hit(), 32, 32), 0.01, seed) for seed in range(12)]
+    found = [identify([hit]) for hit in hits]
+    off = np.array([f.second_order.K - frame.K for f in found])
+    stated = np.mean([f.second_order_std.K for f in found], axis=0)
+    ratio = np.sqrt(np.mean(off**2, axis=0)) / stated
+    # 12 draws know a standard deviation within 20 %.
+    assert np.all((ratio > 0.4) & (ratio < 1.8)), ratio
 
 
 def test_different_rates_are_refused_with_the_remedy(held_hit):

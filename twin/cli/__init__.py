@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import warnings
 from importlib import import_module
 from typing import NoReturn
 
@@ -38,6 +39,8 @@ def build() -> typer.Typer:
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line; bad input ends with one line on standard error and exit code 2."""
+    # A number that overflows ends in an error of ours or not at all; NumPy's remark is noise.
+    warnings.filterwarnings("ignore", category=RuntimeWarning)
     try:
         code = build()(args=arguments, standalone_mode=False)
     except TwinError as error:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from rich.console import Console
 
+from twin.errors import TwinError
 from twin.files import folder, write_whole
 
 Out = Annotated[
@@ -21,12 +23,30 @@ Json = Annotated[
 ]
 
 
-__all__ = ["Json", "Out", "Seed", "console", "folder", "write_json", "write_whole"]
+__all__ = [
+    "Json",
+    "Out",
+    "Seed",
+    "check_json_target",
+    "console",
+    "folder",
+    "write_json",
+    "write_whole",
+]
 
 
 def console(json_target: str | None) -> Console:
     """Return the console for people: standard error when standard output carries JSON."""
     return Console(stderr=json_target == "-", highlight=False, soft_wrap=False)
+
+
+def check_json_target(target: str | None) -> None:
+    """Raise TwinError before long work when the JSON could not be written after it."""
+    if target in (None, "-"):
+        return
+    parent = Path(str(target)).resolve().parent
+    if not parent.is_dir() or not os.access(parent, os.W_OK) or Path(str(target)).is_dir():
+        raise TwinError(f"{target}: cannot write the JSON there")
 
 
 def write_json(result: dict[str, Any], target: str | None) -> None:

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from twin.cli.common import Json, Out, Seed, console, folder, write_json
+from twin.cli.common import Json, Out, Seed, check_json_target, console, folder, write_json
 from twin.cli.convert import Map, Rate
+from twin.errors import TwinError
 
 if TYPE_CHECKING:
     from twin.identification.result import Identification
@@ -74,11 +75,17 @@ def identify_recordings(
     from twin.formats import parse_channel_map, read_recording
     from twin.identification.as_json import as_json
     from twin.identification.identify import identify
+    from twin.identification.records import LEAST_SAMPLES
     from twin.model import Twin
     from twin.signals.periods import last_periods, mean_period
     from twin.view.report import print_identification, write_identification
 
     del seed  # nothing here is random; the option exists on every command
+    if unseen and not period:
+        raise TwinError("--unseen counts periods: say how long one is with --period")
+    if period is not None and period < LEAST_SAMPLES:
+        raise TwinError(f"--period {period}: a period has at least {LEAST_SAMPLES} samples")
+    check_json_target(json)
     terminal = console(json)
     mapping = parse_channel_map(channel_map or [])
     truth = Twin.load(model) if model else None

@@ -15,6 +15,7 @@ Array = NDArray[np.float64]
 def as_json(result: Identification) -> dict[str, Any]:
     """Return the contract's dictionary; null where the notes say why something is missing."""
     modal, second_order, model = result.modal, result.second_order, result.state_space
+    spread = result.second_order_std
     modes = []
     for i in range(len(modal.natural_freq)):
         modes.append(
@@ -41,6 +42,9 @@ def as_json(result: Identification) -> dict[str, Any]:
         "M": _matrix(second_order.M if second_order else None),
         "K": _matrix(second_order.K if second_order else None),
         "R": _matrix(second_order.R if second_order else None),
+        "M_std": _matrix(spread.M if spread else None),
+        "K_std": _matrix(spread.K if spread else None),
+        "R_std": _matrix(spread.R if spread else None),
         "alpha": result.alpha,
         "beta": result.beta,
         "coordinates": list(second_order.coordinates) if second_order else None,

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from twin.errors import IdentificationError
 from twin.identification.maximum_likelihood import ModalFit, fit_modal
@@ -13,77 +15,106 @@ from twin.identification.records import Records
 from twin.identification.spectra import Spectrum
 from twin.identification.starts import Realizations, candidate_poles
 
+ComplexArray = NDArray[np.complex128]
+
 HOLDS: tuple[Hold, ...] = ("band-limited", "held")
 OUT_OF_BAND = 1.3
 HEAVY = 0.5
 """A mode with more damping than this is a smooth background, not a resonance."""
 
+PATIENCE = 2
+"""Models in a row that are worse for having lost a mode before the search ends."""
+
 DECISIVE = 20.0
 """Difference in BIC below which records do not tell how the input behaves between samples."""
 
 
-def best_fits(
+@dataclass(frozen=True)
+class Attempt:
+    """A fit and where it started.
+
+    Attributes:
+        origin: of the starting poles, in words.
+        poles: starting poles [rad/s], (modes,).
+        fit: the maximum-likelihood fit from there.
+    """
+
+    origin: str
+    poles: ComplexArray
+    fit: ModalFit
+
+
+def best_attempts(
     records: Records, found: Realizations, band_hz: tuple[float, float] | None
-) -> list[tuple[str, ModalFit]]:
+) -> list[Attempt]:
     """Fit from every starting point and for either inter-sample behaviour.
 
     Returns:
-        The best fit of each behaviour that the records allow, with the origin of its starting
-        poles, the one to believe first in front: a clearly better one, else the band-limited
-        input that an analyser with an anti-alias filter delivers.
+        The best attempt for each behaviour that the records allow, the one to believe first in
+        front: a clearly better one, else the band-limited input that an analyser with an
+        anti-alias filter delivers.
 
     Raises:
         IdentificationError: no starting point leads to a fit.
     """
-    best: list[tuple[str, ModalFit]] = []
+    best: list[Attempt] = []
     problem = "no oscillating pole was found"
     # The same samples are left free whatever the hold, so that likelihoods can be compared.
     spectra = records.spectra(band_hz, edges=True)
     top = max(float(s.omega[-1]) for s in spectra)
     for hold in HOLDS:
-        fits = []
+        attempts = []
         for name, poles in candidate_poles(found):
             inside = poles[np.abs(poles) < OUT_OF_BAND * top]
             try:
-                fits.append((name, fit_modal(spectra, inside, hold)))
+                attempts.append(Attempt(name, inside, fit_modal(spectra, inside, hold)))
             except IdentificationError as error:
                 problem = str(error)
-        if fits:
-            best.append(min(fits, key=lambda named: named[1].bic))
+        if attempts:
+            best.append(min(attempts, key=lambda attempt: attempt.fit.bic))
     if not best:
         raise IdentificationError(f"the refinement found no model: {problem}")
-    least = min(fit.bic for _, fit in best)
-    return [(name, fit) for name, fit in best if fit.bic < least + DECISIVE]
+    least = min(attempt.fit.bic for attempt in best)
+    return [attempt for attempt in best if attempt.fit.bic < least + DECISIVE]
 
 
 def completed(
-    fit: ModalFit, records: Records, band_hz: tuple[float, float] | None, prune: bool
+    attempt: Attempt, records: Records, band_hz: tuple[float, float] | None, prune: bool
 ) -> ModalFit:
     """Add the out-of-band term and drop modes where the evidence asks for it."""
     spectra = records.spectra(band_hz, edges=True)
-    fuller = fit_modal(spectra, fit.parameters.poles, fit.hold, residual=True)
+    fit = attempt.fit
+    fuller = fit_modal(spectra, attempt.poles, fit.hold, residual=True)
     fit = fuller if fuller.bic < fit.bic else fit
-    fit = _without_needless_modes(fit, spectra) if prune else fit
+    fit = _fewer_modes(fit, attempt.poles, spectra) if prune else fit
     if fit.hold == "held" and any(s.edge for s in spectra):
         spectra = records.spectra(band_hz, edges=False)
         fit = fit_modal(spectra, fit.parameters.poles, fit.hold, fit.residual)
     return fit
 
 
-def _without_needless_modes(fit: ModalFit, spectra: Sequence[Spectrum]) -> ModalFit:
+def _fewer_modes(fit: ModalFit, poles: ComplexArray, spectra: Sequence[Spectrum]) -> ModalFit:
     """Drop modes that no structure has, then every mode the data are better off without.
 
-    A structure's modes lose energy, and one whose frequency is vague within its own bandwidth
-    is a blur in the residual, not a resonance.
+    Every smaller model starts from the starting poles that are left, not from where a larger
+    model took them. The best of the models whose modes all lose energy, lie inside the band and
+    are resonances is returned; the best of all where there is none.
     """
-    while len(fit.parameters.omega) > 1:
-        p = fit.parameters
-        _, damping_std = fit.modal_std(bound=True)
-        top = max(float(s.omega[-1]) for s in spectra)
-        impossible = (p.zeta <= 0) | (p.zeta > HEAVY) | (p.omega > top)
-        suspect = int(np.argmax(np.where(impossible, np.inf, damping_std / np.abs(p.zeta))))
-        smaller = fit_modal(spectra, np.delete(p.poles, suspect), fit.hold, fit.residual)
-        if not impossible[suspect] and smaller.bic > fit.bic:
-            break
-        fit = smaller
-    return fit
+    tried = [fit]
+    rises = 0
+    while len(poles) > 1 and rises < PATIENCE:
+        last = tried[-1]
+        impossible = _impossible(last, spectra)
+        _, damping_std = last.modal_std(bound=True)
+        vague = damping_std / np.maximum(np.abs(last.parameters.zeta), 1e-6)
+        poles = np.delete(poles, int(np.argmax(np.where(impossible, np.inf, vague))))
+        tried.append(fit_modal(spectra, poles, fit.hold, fit.residual))
+        rises = 0 if impossible.any() or tried[-1].bic < last.bic else rises + 1
+    possible = [trial for trial in tried if not _impossible(trial, spectra).any()]
+    return min(possible or tried, key=lambda trial: trial.bic)
+
+
+def _impossible(fit: ModalFit, spectra: Sequence[Spectrum]) -> NDArray[np.bool_]:
+    p = fit.parameters
+    top = max(float(s.omega[-1]) for s in spectra)
+    return np.asarray((p.zeta <= 0) | (p.zeta > HEAVY) | (p.omega > top))

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.errors import IdentificationError
-from twin.identification.choice import best_fits, completed
+from twin.identification.choice import best_attempts, completed
 from twin.identification.discrete import predict, realize
 from twin.identification.maximum_likelihood import ModalFit
 from twin.identification.proportional_damping import proportional_damping
@@ -16,10 +16,9 @@ from twin.identification.records import Records, prepare
 from twin.identification.result import Identification
 from twin.identification.second_order import second_order_from_poles
 from twin.identification.starts import realizations
-from twin.identification.structured import structured_second_order
+from twin.identification.structured import Structure, structured_second_order
 from twin.modal import ModalModel
 from twin.recording import Recording
-from twin.second_order import SecondOrderModel
 
 ComplexArray = NDArray[np.complex128]
 
@@ -52,16 +51,31 @@ def identify(
     Raises:
         TwinError: the recordings do not allow it; the message says why.
     """
-    records = prepare(recordings, inputs, outputs)
+    try:
+        return _identify(prepare(recordings, inputs, outputs), order, p, band_hz)
+    except np.linalg.LinAlgError as error:
+        raise IdentificationError(
+            f"{recordings[0].source}: the numerical solution failed ({error}); look for outliers"
+        ) from None
+    except IdentificationError as error:
+        source = recordings[0].source if recordings else ""
+        if source in str(error):
+            raise
+        raise IdentificationError(f"{source}: {error}") from None
+
+
+def _identify(
+    records: Records, order: int | None, p: int | None, band_hz: tuple[float, float] | None
+) -> Identification:
     found = realizations(records, p, order)
     options = []
-    for origin, start in best_fits(records, found, band_hz):
-        fit = completed(start, records, band_hz, prune=order is None)
-        second_order, believable, remarks = _second_order(fit, records)
-        options.append((origin, fit, second_order, remarks))
+    for attempt in best_attempts(records, found, band_hz):
+        fit = completed(attempt, records, band_hz, prune=order is None)
+        structure, believable, remarks = _second_order(fit, records)
+        options.append((attempt.origin, fit, structure, remarks))
         if believable:
             break
-    origin, fit, second_order, remarks = options[-1 if believable else 0]
+    origin, fit, structure, remarks = options[-1 if believable else 0]
     modes = len(fit.parameters.omega)
     notes = [*records.notes, f"order {found.order} by {found.chosen_by}"]
     if 2 * modes != found.order:
@@ -104,7 +118,8 @@ def identify(
         state_space=model,
         singular_values=found.hankel.singular_values,
         order=2 * len(freq),
-        second_order=second_order,
+        second_order=structure.model if structure else None,
+        second_order_std=structure.std if structure else None,
         alpha=alpha,
         beta=beta,
         inputs=records.inputs,
@@ -128,9 +143,7 @@ def identify(
     )
 
 
-def _second_order(
-    fit: ModalFit, records: Records
-) -> tuple[SecondOrderModel | None, bool, list[str]]:
+def _second_order(fit: ModalFit, records: Records) -> tuple[Structure | None, bool, list[str]]:
     """Return M, K and R, whether the fit may be a structure's, and what to say about them."""
     p = fit.parameters
     participation = p.participation
@@ -144,13 +157,12 @@ def _second_order(
         )
     except IdentificationError as error:
         return None, True, [str(error)]
-    refined, chance = structured_second_order(
-        model, fit, records.outputs, records.inputs, records.dt
-    )
-    if chance >= BELIEVABLE:
-        return refined, True, ["M, K and R agree best with all modal parameters, from eq. (41) on"]
+    structure = structured_second_order(model, fit, records.outputs, records.inputs, records.dt)
+    if structure.chance >= BELIEVABLE:
+        remark = "M, K and R agree best with all modal parameters, from eq. (41) on"
+        return structure, True, [remark]
     remark = (
         "M, K and R are those of eq. (41): the residues are not those of a symmetric structure "
-        f"with forces and accelerations at the same points (probability {chance:.1g})"
+        f"with forces and accelerations at the same points (probability {structure.chance:.1g})"
     )
-    return model, False, [remark]
+    return Structure(model, None, structure.chance), False, [remark]

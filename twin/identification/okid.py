@@ -55,12 +55,13 @@ class ObserverMarkov:
         gamma = np.zeros((count + 1, m, r + m))
         gamma[0, :, :r] = self.D
         own = np.concatenate([self.Y1, self.Y2], axis=2)
-        past = self.Y2.transpose(1, 0, 2)
+        # Oldest first, so that the history of the recursion is one unbroken block of memory.
+        past = np.concatenate(self.Y2[::-1], axis=1)
         with np.errstate(over="ignore", invalid="ignore"):
             for k in range(1, count + 1):
                 reach = min(k, p)
-                history = gamma[k - reach : k][::-1].reshape(reach * m, r + m)
-                gamma[k] = -past[:, :reach].reshape(m, reach * m) @ history
+                history = gamma[k - reach : k].reshape(reach * m, r + m)
+                gamma[k] = -past[:, (p - reach) * m :] @ history
                 if k <= p:
                     gamma[k] += own[k - 1]
         return gamma
@@ -89,9 +90,11 @@ def okid(
     unknowns = r + (r + m) * p
     usable = sum(len(u) if at_rest else max(len(u) - p, 0) for u, _ in records)
     if p < 1 or usable < unknowns:
+        longest = max((sum(len(u) for u, _ in records) - r) // (r + m + (not at_rest)), 0)
+        hint = f"use a p of at most {longest}" if longest else "record longer"
         raise IdentificationError(
             f"{usable} usable samples are too few for {unknowns} observer Markov parameters "
-            f"(p = {p}); use a p of at most {max((usable - r) // (r + m + (not at_rest)), 0)}"
+            f"(p = {p}); {hint}"
         )
     theta, deficient = _by_normal_equations(records, p, at_rest, ridge), False
     if theta is None:
@@ -107,45 +110,54 @@ def _by_normal_equations(
 ) -> Array | None:
     r, m = records[0][0].shape[1], records[0][1].shape[1]
     q = r + m
-    total = np.zeros((p + 1, q, p + 1, q))
-    for u, y in records:
-        total += _gram(np.hstack([u, y]), p, at_rest)
-    gram = total.reshape((p + 1) * q, (p + 1) * q)
+    gram = _gram(np.hstack(records[0]), p, at_rest)
+    for record in records[1:]:
+        gram += _gram(np.hstack(record), p, at_rest)
+    gram = gram.reshape((p + 1) * q, (p + 1) * q)
+    scale = np.sqrt(np.maximum(np.diag(gram), np.finfo(float).tiny))
+    gram /= scale
+    gram /= scale[:, None]
     target = np.arange(r, q)
     regressors = np.r_[0:r, q : (p + 1) * q]
-    scale = np.sqrt(np.maximum(np.diag(gram), np.finfo(float).tiny))
-    gram = gram / np.outer(scale, scale)
-    normal = gram[np.ix_(regressors, regressors)] + ridge * np.eye(len(regressors))
-    factor, info = linalg.lapack.dpotrf(normal)
+    right = gram[np.ix_(regressors, target)]
+    # Symmetric, so its transpose is the same matrix in the order of memory that LAPACK works in.
+    normal = np.ascontiguousarray(gram[np.ix_(regressors, regressors)]).T
+    del gram
+    normal[np.diag_indices_from(normal)] += ridge
+    norm = linalg.lapack.dlange("1", normal)
+    factor, info = linalg.lapack.dpotrf(normal, overwrite_a=1, clean=0)
     if info != 0:
         return None
-    reciprocal, _ = linalg.lapack.dpocon(factor, float(np.abs(normal).sum(axis=0).max()))
+    reciprocal, _ = linalg.lapack.dpocon(factor, norm)
     if reciprocal < WELL_CONDITIONED and not ridge:
         return None
-    solved = linalg.cho_solve((factor, False), gram[np.ix_(regressors, target)])
+    solved, _ = linalg.lapack.dpotrs(factor, right)
     return np.asarray(solved * scale[target] / scale[regressors, None])
 
 
 def _gram(w: Array, p: int, at_rest: bool) -> Array:
     """Sum over time of the products of w(k-i) and w(k-j), (p+1, q, p+1, q).
 
-    One lag product for each lag; the rest follows from the shift structure of (27).
+    One lag product for each lag; the rest follows from the shift structure of (27): the sum for
+    (i+1, j+1) is that for (i, j) without its newest product and, where the first p samples are
+    only history, with one older product more.
     """
     samples, q = w.shape
+    first = 0 if at_rest else p
     gram = np.zeros((p + 1, q, p + 1, q))
     for lag in range(min(p, samples - 1) + 1):
-        gram[0, :, lag] = w[lag:].T @ w[: samples - lag]
+        start = max(first, lag)
+        gram[0, :, lag] = w[start:].T @ w[start - lag : samples - lag]
+    leaving = np.zeros((p, q))
+    leaving[: min(p, samples)] = w[::-1][:p]
+    entering = np.zeros((p, q)) if at_rest else w[:p][::-1]
     for i in range(p):
-        newest = w[samples - 1 - i] if i < samples else np.zeros(q)
-        for j in range(i, p):
-            oldest = w[samples - 1 - j] if j < samples else np.zeros(q)
-            gram[i + 1, :, j + 1] = gram[i, :, j] - np.outer(newest, oldest)
-    if not at_rest:
-        head = _shifted(w, p, 0, min(p, samples))
-        gram -= (head.T @ head).reshape(gram.shape)
-    flat = gram.reshape((p + 1) * q, (p + 1) * q)
-    upper = np.triu(flat)
-    return np.asarray((upper + np.triu(flat, 1).T).reshape(gram.shape))
+        gram[i + 1, :, i + 1 :] = gram[i, :, i:p]
+        gram[i + 1, :, i + 1 :] -= leaving[i][:, None, None] * leaving[i:]
+        if not at_rest:
+            gram[i + 1, :, i + 1 :] += entering[i][:, None, None] * entering[i:]
+        gram[i + 1 :, :, i] = gram[i, :, i + 1 :].transpose(1, 2, 0)
+    return gram
 
 
 def _shifted(w: Array, p: int, start: int, stop: int) -> Array:

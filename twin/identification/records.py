@@ -15,6 +15,9 @@ from twin.recording import Recording
 Array = NDArray[np.float64]
 
 LEAST_SAMPLES = 32
+SMALLEST, LARGEST = 1e-15, 1e15
+"""Peaks beyond these, in SI units, are slips of a unit and would overflow."""
+
 WINDOW_MARGIN = 8
 """Samples kept on either side of a hammer's hit: the anti-alias filter's ringing."""
 
@@ -32,6 +35,7 @@ class Records:
         y: outputs, one (samples, outputs) a record.
         hits: the window [start, stop) of the hits of each record, or None.
         at_rest: whether every record starts before anything moves.
+        still: outputs that were left out because they never move.
     """
 
     recordings: tuple[Recording, ...]
@@ -41,6 +45,7 @@ class Records:
     y: tuple[Array, ...]
     hits: tuple[tuple[int, int] | None, ...]
     at_rest: bool
+    still: tuple[str, ...] = ()
 
     @property
     def dt(self) -> float:
@@ -55,7 +60,7 @@ class Records:
     @property
     def notes(self) -> tuple[str, ...]:
         """What was done to the inputs."""
-        lines = []
+        lines = [f"{name} never moves and was left out" for name in self.still]
         for recording, hit in zip(self.recordings, self.hits, strict=True):
             if hit is not None:
                 start, stop = (recording.start_s + i * self.dt for i in hit)
@@ -104,10 +109,24 @@ def prepare(
             f"{first.source}: no input moves; an identification needs a force or acc_ground that "
             f"is not zero (channels: {available(first.names)})"
         )
+    known = dict.fromkeys(name for r in recordings for name in r.names)
+    for name in (*drivers, *(outputs or ())):
+        if name not in known:
+            raise RecordingError(f"{first.source}: no channel '{name}'; it has {available(known)}")
     shared = [n for n in first.outputs if all(n in r.outputs for r in recordings)]
     responders = tuple(outputs or (n for n in shared if n not in drivers))
     if not responders:
         raise RecordingError(f"{first.source}: no output channel; it has {available(first.names)}")
+    both = sorted(set(drivers) & set(responders))
+    twice = sorted({n for n in (*drivers, *responders) if (*drivers, *responders).count(n) > 1})
+    if both or twice:
+        raise IdentificationError(
+            f"{first.source}: '{(both or twice)[0]}' is named twice; a channel drives or responds, "
+            "once"
+        )
+    moving = _moving(recordings, responders)
+    still, responders = tuple(n for n in responders if n not in moving), moving
+    _check_scale(recordings, (*drivers, *responders))
     u, y, hits = [], [], []
     for recording in recordings:
         if recording.samples < LEAST_SAMPLES:
@@ -119,13 +138,34 @@ def prepare(
         u.append(force)
         y.append(recording.matrix(responders))
         hits.append(hit)
-    for index, name in enumerate(responders):
-        if all(np.ptp(block[:, index]) == 0 for block in y):
-            raise IdentificationError(
-                f"{first.source}: channel '{name}' is constant; choose others with --output"
-            )
     rest = all(_starts_at_rest(a, b) for a, b in zip(u, y, strict=True))
-    return Records(tuple(recordings), drivers, responders, tuple(u), tuple(y), tuple(hits), rest)
+    return Records(
+        tuple(recordings), drivers, responders, tuple(u), tuple(y), tuple(hits), rest, still
+    )
+
+
+def _moving(recordings: Sequence[Recording], responders: Sequence[str]) -> tuple[str, ...]:
+    """Leave out outputs that never move, such as the acceleration of a clamped ground."""
+    moving = tuple(
+        n for n in responders if any(np.ptp(r.column(n)) > 0 for r in recordings if n in r.names)
+    )
+    if not moving:
+        raise IdentificationError(
+            f"{recordings[0].source}: channel '{responders[0]}' is constant and no other output "
+            "moves"
+        )
+    return moving
+
+
+def _check_scale(recordings: Sequence[Recording], names: Sequence[str]) -> None:
+    for recording in recordings:
+        for name in (n for n in names if n in recording.names):
+            peak = float(np.abs(recording.column(name)).max())
+            if peak and not SMALLEST < peak < LARGEST:
+                raise IdentificationError(
+                    f"{recording.source}: channel '{name}' peaks at {peak:.3g}; no instrument "
+                    "measures that, check its unit"
+                )
 
 
 def _driving(recording: Recording, drivers: Sequence[str]) -> tuple[Array, tuple[int, int] | None]:

@@ -30,6 +30,7 @@ class Identification:
         singular_values: of the Hankel matrix of eq. (33), largest first.
         order: number of states kept.
         second_order: M, R, K of eq. (41), or None (the notes say why).
+        second_order_std: standard deviations of the entries of M, R and K, or None.
         alpha: mass-proportional damping coefficient of eq. (43) [1/s], or None.
         beta: stiffness-proportional damping coefficient of eq. (43) [s], or None.
         inputs: channels that drive the structure.
@@ -59,6 +60,7 @@ class Identification:
     predicted: tuple[Array, ...]
     natural_freq_bound: Array | None = None
     damping_ratio_bound: Array | None = None
+    second_order_std: SecondOrderModel | None = None
     diagram: tuple[StablePole, ...] = ()
     fit: ModalFit | None = None
     notes: tuple[str, ...] = field(default=())

@@ -98,6 +98,8 @@ def realizations(records: Records, p: int | None, order: int | None) -> Realizat
     Raises:
         IdentificationError: too few samples, or an order that the Hankel matrix does not have.
     """
+    if order is not None and not 1 <= order <= HIGHEST_ORDER:
+        raise IdentificationError(f"an order of {order} is not possible: 1 to {HIGHEST_ORDER} are")
     r = len(records.inputs)
     records = slowed(records)
     length, markov = _markov_parameters(records, p)
@@ -187,12 +189,10 @@ def free_decay_markov(records: Records) -> Array | None:
     """Return what follows the hits as impulse responses, (samples, outputs, records), or None."""
     tails = []
     for hit, y in zip(records.hits, records.y, strict=True):
-        if hit is None:
+        if hit is None or len(y) - hit[1] < DECAY_SAMPLES:
             return None
         tails.append(y[hit[1] :] - y[hit[1] :].mean(axis=0))
     length = min(len(tail) for tail in tails)
-    if length < DECAY_SAMPLES:
-        return None
     return np.stack([tail[:length] for tail in tails], axis=2)
 
 

@@ -11,7 +11,7 @@ Source: the principle of indirect estimation, Soderstrom and Stoica, System Iden
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,13 +28,29 @@ EXACT = 1e-8
 """Relative error of a frequency below which data are noise-free and eq. (41) is exact."""
 
 
+@dataclass(frozen=True)
+class Structure:
+    """A second-order model and how well it agrees with the modal fit it came from.
+
+    Attributes:
+        model: M, R and K.
+        std: standard deviations of their entries, in the same form, or None.
+        chance: probability that a structure of this kind disagrees with its modal fit by as much
+            or more; a small one says that the structure is of another kind.
+    """
+
+    model: SecondOrderModel
+    std: SecondOrderModel | None
+    chance: float
+
+
 def structured_second_order(
     start: SecondOrderModel,
     fit: ModalFit,
     outputs: Sequence[str],
     inputs: Sequence[str],
     dt: float,
-) -> tuple[SecondOrderModel, float]:
+) -> Structure:
     """Refine M, K and R against the modal fit they came from.
 
     Args:
@@ -45,14 +61,13 @@ def structured_second_order(
         dt: sampling interval [s].
 
     Returns:
-        The model and the probability that a structure of this kind disagrees with its modal fit
-        by as much or more; a small one says that the structure is of another kind. The start is
-        returned unchanged where more is measured or driven than its coordinates, where the data
-        are exact, and when the fit does not converge.
+        The refined matrices with their uncertainty. The start is returned unchanged, without
+        one, where more is measured or driven than its coordinates, where the data are exact, and
+        when the fit does not converge.
     """
     measured = [f"acc_{place}" for place in start.coordinates]
     if set(outputs) != set(measured) or any(_place(n) not in start.coordinates for n in inputs):
-        return start, 1.0
+        return Structure(start, None, 1.0)
     rows = [start.coordinates.index(_place(name)) for name in outputs]
     columns = [start.coordinates.index(_place(name)) for name in inputs]
     p = fit.parameters
@@ -61,11 +76,11 @@ def structured_second_order(
     weight = _root_of_inverse(fit.fisher_covariance[:count, :count])
     rank = np.argsort(p.omega)
     if np.min(fit.modal_std(bound=True)[0] * 2 * np.pi / p.omega) < EXACT:
-        return start, 1.0
+        return Structure(start, None, 1.0)
     try:
         build, unknowns = _modal_coordinates(start, fit)
     except np.linalg.LinAlgError:  # a mass matrix that is not positive definite
-        return start, 0.0
+        return Structure(start, None, 0.0)
 
     def distance(x: Array) -> Array:
         model = build(x)
@@ -101,10 +116,26 @@ def structured_second_order(
     try:
         found = optimize.least_squares(distance, np.zeros(unknowns), slope, method="lm")
     except (ValueError, np.linalg.LinAlgError):
-        return start, 0.0
+        return Structure(start, None, 0.0)
     freedom = count - unknowns
     chance = float(stats.chi2.sf(2 * found.cost, freedom)) if freedom > 0 else 1.0
-    return build(found.x), chance
+    return Structure(build(found.x), _spread(build, found.x, found.jac), chance)
+
+
+def _spread(
+    build: Callable[[Array], SecondOrderModel], x: Array, jacobian: Array
+) -> SecondOrderModel:
+    """Carry the covariance of the parameters over to the entries of M, R and K."""
+    covariance = np.linalg.pinv(jacobian.T @ jacobian, hermitian=True)
+    plus, minus = (
+        [build(x + sign * STEP * unit) for unit in np.eye(len(x))] for sign in (1.0, -1.0)
+    )
+    std = {}
+    for name in ("M", "R", "K"):
+        up, down = (np.array([getattr(m, name) for m in models]) for models in (plus, minus))
+        by = (up - down) / (2 * STEP)
+        std[name] = np.sqrt(np.einsum("aij,ab,bij->ij", by, covariance, by))
+    return SecondOrderModel(**std, coordinates=plus[0].coordinates)
 
 
 def _modal_coordinates(
