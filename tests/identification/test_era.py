@@ -22,8 +22,31 @@ def hankel(markov, first, rows, columns):
 def test_the_product_with_the_implicit_hankel_matrix_is_the_product_with_the_matrix():
     markov = decaying()
     vectors = np.random.default_rng(1).standard_normal((40 * 4, 5))
-    fast = module._times(markov[2:], vectors, 40, 40)
-    np.testing.assert_allclose(fast, hankel(markov, 2, 40, 40) @ vectors, atol=1e-12)
+    implicit, dense = module.implicit_hankel(markov[1:], 40, 40), hankel(markov, 1, 40, 40)
+    np.testing.assert_allclose(implicit @ vectors, dense @ vectors, atol=1e-12)
+    vectors = np.random.default_rng(2).standard_normal((40 * 3, 5))
+    np.testing.assert_allclose(implicit.T @ vectors, dense.T @ vectors, atol=1e-12)
+
+
+@pytest.mark.parametrize("limit", [0, 10_000])
+def test_the_state_matrix_is_that_of_equation_38(monkeypatch, limit):
+    monkeypatch.setattr(module, "DENSE_LIMIT", limit)
+    markov = decaying(60)
+    found = era(markov, 25, keep=70)
+    root = np.sqrt(found.singular_values[:6])
+    shifted = found.R[:, :6].T @ hankel(markov, 2, 25, 35) @ found.S[:, :6]
+    expected = shifted / np.outer(root, root)
+    np.testing.assert_allclose(found.realize(6, 1.0, 1).A, expected, atol=1e-9)
+
+
+def test_columns_that_depend_on_each_other_still_get_an_orthonormal_basis():
+    rng = np.random.default_rng(3)
+    tall = rng.standard_normal((500, 4)) @ rng.standard_normal((4, 20))
+    for noise in (0.0, 1e-12, 1e-7, 1.0):
+        columns = tall + noise * rng.standard_normal(tall.shape)
+        Q = module._orthonormal(columns)
+        np.testing.assert_allclose(Q.T @ Q, np.eye(20), atol=1e-13)
+        np.testing.assert_allclose(Q @ (Q.T @ columns), columns, atol=1e-9)
 
 
 def test_a_sketch_finds_the_singular_values_of_the_dense_svd(monkeypatch):

@@ -1,7 +1,10 @@
+import tracemalloc
+
 import numpy as np
 import pytest
 
 from twin.errors import IdentificationError
+from twin.identification import okid as module
 from twin.identification.okid import okid
 
 
@@ -84,3 +87,23 @@ def test_too_few_samples_say_how_long_an_observer_may_be():
     u, y = random_records(30)
     with pytest.raises(IdentificationError, match=r"30 usable samples .* p of at most 5"):
         okid([(u, y)], 10)
+
+
+@pytest.mark.parametrize("at_rest", [True, False])
+def test_memory_does_not_grow_with_the_record_times_the_observer_length(at_rest):
+    u, y = random_records(100_000, 1, 2)
+    p = 60
+    tracemalloc.start()
+    okid([(u, y)], p, at_rest)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    record, gram = u.nbytes + y.nbytes, 8 * (3 * (p + 1)) ** 2
+    assert peak < 2 * record + 5 * gram
+
+
+def test_the_gram_matrix_is_that_of_the_shifted_records():
+    w = np.hstack(random_records(50, 2, 3))
+    for p, at_rest in ((7, True), (7, False), (60, True)):
+        rows = module._shifted(w, p, 0 if at_rest else p, 50)
+        flat = module._gram(w, p, at_rest).reshape(rows.shape[1], rows.shape[1])
+        np.testing.assert_allclose(flat, rows.T @ rows, atol=1e-12)

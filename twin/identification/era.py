@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,11 +14,13 @@ from twin.state_space import StateSpace
 
 Array = NDArray[np.float64]
 
-DENSE_LIMIT = 600
+DENSE_LIMIT = 200
 """Hankel matrices with a side up to this are decomposed densely, larger ones by sketching."""
 
 OVERSAMPLING = 12
 POWER_ITERATIONS = 2
+NEARLY_ORTHONORMAL = 0.01
+"""Beyond this deviation of Q^T Q from 1, a first Cholesky factor was too inaccurate to trust."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +50,17 @@ class HankelFactors:
         floor = np.finfo(float).eps * max(len(self.R), len(self.S))
         return int(np.sum(sigma > floor * sigma[0]))
 
+    @cached_property
+    def _shifted(self) -> Array:
+        """R^T N(1) S for all kept singular vectors, of which every order takes a corner.
+
+        N(1) is N(0) moved up by one block, with one new block row; N(0) S is R diag(sigma).
+        """
+        m = self.markov.shape[1]
+        new = self.markov[self.block_rows + 1 :].transpose(1, 0, 2).reshape(m, -1)
+        moved = self.R[:-m].T @ self.R[m:] * self.singular_values
+        return np.asarray(moved + self.R[-m:].T @ (new @ self.S))
+
     def realize(self, order: int, dt: float, inputs: int) -> StateSpace:
         """Return the realization (38) of the given order, observer gain included.
 
@@ -59,8 +73,7 @@ class HankelFactors:
                 f"an order of {order} is not possible: the Hankel matrix has rank {self.rank}"
             )
         R, S, root = self.R[:, :order], self.S[:, :order], np.sqrt(sigma[:order])
-        shifted = _times(self.markov[2:], S, self.block_rows, self.block_columns)
-        A = (R.T @ shifted) / np.outer(root, root)
+        A = self._shifted[:order, :order] / np.outer(root, root)
         outputs, columns = self.markov.shape[1:]
         BG = root[:, None] * S[:columns].T
         C = R[:outputs] * root
@@ -100,34 +113,88 @@ def era(
         hankel = markov[1:][index].transpose(0, 2, 1, 3).reshape(rows * m, columns * q)
         R, sigma, St = linalg.svd(hankel, full_matrices=False, check_finite=False)
         return HankelFactors(R, sigma, St.T, markov, rows, columns)
-    R, sigma, S = _sketched_svd(markov[1:], rows, columns, keep, seed)
+    R, sigma, S = _sketched_svd(implicit_hankel(markov[1:], rows, columns), keep, seed)
     return HankelFactors(R, sigma, S, markov, rows, columns)
 
 
-def _sketched_svd(
-    gamma: Array, rows: int, columns: int, keep: int, seed: int
-) -> tuple[Array, Array, Array]:
-    transposed = gamma.transpose(0, 2, 1)
-    width = min(keep + OVERSAMPLING, rows * gamma.shape[1], columns * gamma.shape[2])
-    start = np.random.default_rng(seed).standard_normal((columns * gamma.shape[2], width))
-    basis, _ = np.linalg.qr(_times(gamma, start, rows, columns))
-    for _ in range(POWER_ITERATIONS):
-        back, _ = np.linalg.qr(_times(transposed, basis, columns, rows))
-        basis, _ = np.linalg.qr(_times(gamma, back, rows, columns))
-    S, sigma, small = linalg.svd(_times(transposed, basis, columns, rows), full_matrices=False)
-    kept = min(keep, width)
-    return basis @ small[:kept].T, sigma[:kept], S[:, :kept]
+@dataclass(frozen=True)
+class ImplicitHankel:
+    """Block Hankel matrix, whose block (i, j) is gamma[i + j], known by its products only.
 
-
-def _times(gamma: Array, vectors: Array, rows: int, columns: int) -> Array:
-    """Product of the block Hankel matrix, whose block (i, j) is gamma[i + j], with ``vectors``.
-
-    Parameters beyond the end of ``gamma`` count as zero, which N(1) needs for its last block.
+    Attributes:
+        spectrum: transform of gamma, (frequencies, outputs, columns).
+        length: samples of the circular convolution that stands for the product.
+        block_rows: blocks from top to bottom.
+        block_columns: blocks from left to right.
     """
-    _, m, q = gamma.shape
-    blocks = vectors.reshape(columns, q, -1)
-    length = fft.next_fast_len(rows + 2 * columns - 1, real=True)
-    spectrum = fft.rfft(gamma[: rows + columns - 1], length, axis=0)
-    reversed_spectrum = fft.rfft(blocks[::-1], length, axis=0)
-    product = fft.irfft(np.matmul(spectrum, reversed_spectrum), length, axis=0)
-    return np.asarray(product[columns - 1 : columns - 1 + rows].reshape(rows * m, -1))
+
+    spectrum: NDArray[np.complex128]
+    length: int
+    block_rows: int
+    block_columns: int
+
+    @property
+    def T(self) -> ImplicitHankel:
+        """The transposed matrix."""
+        transposed = self.spectrum.transpose(0, 2, 1)
+        return ImplicitHankel(transposed, self.length, self.block_columns, self.block_rows)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns."""
+        _, m, q = self.spectrum.shape
+        return self.block_rows * m, self.block_columns * q
+
+    def __matmul__(self, vectors: Array) -> Array:
+        """Multiply with ``vectors``, (rows or columns of the matrix, count)."""
+        blocks = vectors.reshape(self.block_columns, self.spectrum.shape[2], -1)
+        # The conjugate spectrum of the blocks runs them backwards in time, as the product needs.
+        # What wraps around falls on the entries beyond block_rows.
+        blocks = fft.rfft(blocks, self.length, axis=0)
+        np.conjugate(blocks, out=blocks)
+        product = fft.irfft(self.spectrum @ blocks, self.length, axis=0, overwrite_x=True)
+        return np.asarray(product[: self.block_rows].reshape(self.shape[0], -1))
+
+
+def implicit_hankel(gamma: Array, block_rows: int, block_columns: int) -> ImplicitHankel:
+    """Return the block Hankel matrix of ``gamma``, (at least rows + columns - 1, m, q)."""
+    needed = block_rows + block_columns - 1
+    length = fft.next_fast_len(needed, real=True)
+    return ImplicitHankel(
+        fft.rfft(gamma[:needed], length, axis=0), length, block_rows, block_columns
+    )
+
+
+def _sketched_svd(hankel: ImplicitHankel, keep: int, seed: int) -> tuple[Array, Array, Array]:
+    width = min(keep + OVERSAMPLING, *hankel.shape)
+    start = np.random.default_rng(seed).standard_normal((hankel.shape[1], width))
+    basis = _orthonormal(hankel @ start)
+    for _ in range(POWER_ITERATIONS):
+        basis = _orthonormal(hankel @ _orthonormal(hankel.T @ basis))
+    across = hankel.T @ basis
+    Q = _orthonormal(across)
+    left, sigma, right = linalg.svd(across.T @ Q, check_finite=False)
+    kept = min(keep, width)
+    return basis @ left[:, :kept], sigma[:kept], Q @ right[:kept].T
+
+
+def _orthonormal(tall: Array) -> Array:
+    """Return an orthonormal basis of the columns.
+
+    By Cholesky factors of the Gram matrix, twice (CholeskyQR2), ten times faster for tall
+    matrices than Householder's reflections, which remain for nearly dependent columns.
+
+    Source: Yamamoto, Nakatsukasa, Yanagisawa and Fukaya, 2015.
+    """
+    Q = tall
+    for again in (False, True):
+        gram = Q.T @ Q
+        if again and np.abs(gram - np.eye(len(gram))).max() > NEARLY_ORTHONORMAL:
+            break
+        factor, failed = linalg.lapack.dpotrf(gram)
+        if failed:
+            break
+        Q = linalg.blas.dtrsm(1.0, factor, Q.T, trans_a=1).T
+    else:
+        return np.asarray(Q)
+    return np.asarray(np.linalg.qr(tall)[0])
