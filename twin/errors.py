@@ -28,6 +28,10 @@ class IdentificationError(TwinError):
     """The data do not allow the identification that was asked for."""
 
 
+class ControlError(TwinError):
+    """A controller cannot be designed, run or tuned as asked."""
+
+
 def available(names: Iterable[str]) -> str:
     """Return the names as a readable list for the end of an error message."""
     listed = list(names)

@@ -1,0 +1,45 @@
+"""Exact discretisation of a model whose inputs are held, or linear, between samples."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Step:
+    """z(t + h) = A z(t) + B_0 u(t) + B_1 u(t + h), u linear in between.
+
+    For an input held at u(t) the influence is B_0 + B_1.
+    """
+
+    A: Array
+    B_0: Array
+    B_1: Array
+
+    @property
+    def held(self) -> Array:
+        """Influence of an input held over the step."""
+        return self.B_0 + self.B_1
+
+
+def step(A: Array, B: Array, h: float) -> Step:
+    """Return the transition over h seconds; zero is allowed.
+
+    The matrix exponential of [[A, B, 0], [0, 0, I], [0, 0, 0]] h holds the integrals of e^(A s) B
+    and of s e^(A s) B (Van Loan, IEEE Trans. Automatic Control 23, 1978).
+    """
+    n, m = B.shape
+    if h == 0:
+        return Step(np.eye(n), np.zeros((n, m)), np.zeros((n, m)))
+    chain = np.zeros((n + 2 * m, n + 2 * m))
+    chain[:n, :n], chain[:n, n : n + m] = A * h, B * h
+    chain[n : n + m, n + m :] = np.eye(m)
+    power = linalg.expm(chain)
+    held, ramp = power[:n, n : n + m], power[:n, n + m :]
+    return Step(power[:n, :n], held - ramp, ramp)
