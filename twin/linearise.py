@@ -184,7 +184,7 @@ def _derivative(function: object, n: int) -> Array:
 def _settle(reduced: _Reduced) -> None:
     """Move ``reduced`` to its static equilibrium by Newton's method, if it is not there yet."""
     n = reduced.basis.shape[1]
-    weight = float(np.sum(reduced.model.body_mass)) * np.linalg.norm(reduced.model.opt.gravity)
+    weight = float(reduced.model.body_mass.sum() * np.linalg.norm(reduced.model.opt.gravity))
     for _ in range(50):
         force = reduced.force(np.zeros(n))
         if np.max(np.abs(force), initial=0.0) <= 1e-12 * max(weight, 1.0):

@@ -106,7 +106,7 @@ def test_a_test_on_a_floor_records_its_force_and_every_floor(frame):
 
 
 def test_a_shaker_at_the_ground_frees_it_and_its_load_cell_measures_what_enters(frame):
-    recording = run(ideal(Sweep(band_hz=(1.0, 10.0)), "ground"), frame)
+    recording = run(ideal(Sweep(rms_n=1.0, band_hz=(1.0, 10.0)), "ground"), frame)
     assert recording.names == ("force_ground", "acc_ground", "acc_floor1", "acc_floor2")
     assert recording.inputs == ("force_ground",)
     assert np.sqrt(np.mean(recording.column("force_ground") ** 2)) == pytest.approx(1, rel=0.05)

@@ -47,7 +47,7 @@ def test_random_shaking_starts_with_the_record_unless_it_settles_before():
     base = Analyser().time_base()
     assert np.all(RandomShaking().history(base, rng())[base.time < 0] == 0)
     settled = Analyser().time_base(settle_s=3.0)
-    force = RandomShaking().history(settled, rng())
+    force = RandomShaking(rms_n=1.0).history(settled, rng())
     assert np.all(force[settled.time < -3.0] == 0)
     assert rms(force[(settled.time > -3) & (settled.time < 0)]) > 0.5
 
@@ -63,7 +63,7 @@ def test_a_finer_simulation_sees_the_same_shaker():
 
 def test_a_burst_starts_and_ends_at_zero_and_leaves_time_to_ring_down():
     base = Analyser().time_base()
-    force = RandomShaking(burst=0.5).history(base, rng())
+    force = RandomShaking(rms_n=1.0, burst=0.5).history(base, rng())
     assert np.all(force[(base.time <= 0) | (base.time >= 16.0)] == 0)
     assert np.abs(force[np.abs(base.time - 0.01) < 0.01]).max() < 0.01
     assert np.abs(force[np.abs(base.time - 15.99) < 0.01]).max() < 0.01
@@ -95,7 +95,7 @@ def test_a_recorded_multisine_has_equal_lines_in_its_band_and_nothing_between():
 
 def test_the_lines_of_a_multisine_can_be_chosen():
     base = Analyser().time_base()
-    multisine = Multisine(periods=1, lines=(33, 65, 97))
+    multisine = Multisine(rms_n=1.0, periods=1, lines=(33, 65, 97))
     period = multisine.history(base, rng())[-base.first : -base.first + 1024 * base.factor]
     assert set(np.flatnonzero(np.abs(np.fft.rfft(period)) > 1)) == {33, 65, 97}
 

@@ -8,7 +8,7 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from twin.frame import absorber, flexible, lumped, scene
+from twin.frame import absorber, appearance, flexible, lumped, scene
 from twin.frame.damping import add_modal_damping, clamped_linearisation
 from twin.frame.design import FrameDesign, Pendulum, Storey
 from twin.frame.mjcf import Document, comment
@@ -40,7 +40,8 @@ def to_mjcf(design: FrameDesign, name: str = "frame") -> str:
     fastest = math.sqrt(float(np.max(np.linalg.eigvals(_dynamic(frame)).real)))
     document.section("option").set("timestep", repr(_timestep(fastest)))
     if design.pendulum:
-        absorber.add_pendulum(document, top, design.pendulum)
+        pendulum = absorber.add_pendulum(document, top, design.pendulum)
+        appearance.pendulum_geometry(pendulum, design.pendulum)
     return document.text()
 
 
@@ -58,25 +59,31 @@ def _undamped(design: FrameDesign, name: str) -> tuple[Document, Element]:
     """Return the document without damping and pendulum, and the top floor's body."""
     document = Document.new(name)
     scene.options(document, design)
-    comment(document.section("worldbody"), "the ground slides when its clamp is undone")
+    height = scene.CLAMP_HEIGHT
+    heights = [s.beam_length + scene.rod_height(s) for s in design.storeys]
+    appearance.surroundings(document, height + sum(heights))
+    comment(document.section("worldbody"), "geoms are for the eye: masses stand under inertial")
     below = scene.ground(document, design)
-    scene.add_site(below, "ground")
-    scene.channels(document, "ground")
+    appearance.ground_geometry(document, below)
+    scene.channels(document, below, "ground", (-0.33, 0, -0.03))
     lower = 0.0
     for number, storey in enumerate(design.storeys, start=1):
         half = scene.rod_height(storey) / 2
+        rise = lower + storey.beam_length + half
         mass = storey.floor_mass
         if design.kind == "lumped":
-            floor = lumped.add_storey(below, storey, number, lower + storey.beam_length + half)
+            floor = lumped.add_storey(below, storey, number, rise)
         else:
             floor = flexible.add_storey(document, below, design, number, (lower, half))
-            mass += flexible.stub_mass(storey, design)
-            if number < len(design.storeys):
-                mass += flexible.stub_mass(design.storeys[number], design)
+            mass += sum(
+                flexible.stub_mass(s, design) for s in design.storeys[number - 1 : number + 1]
+            )
         scene.inertial(floor, mass, (scene.SPAN, scene.DEPTH, 2 * half))
-        scene.add_site(floor, f"floor{number}")
-        scene.channels(document, f"floor{number}")
-        below, lower = floor, half
+        top = number == len(design.storeys)
+        appearance.floor_geometry(floor, storey, with_motor=top and design.pendulum is not None)
+        appearance.beam_skins(document, number, storey, height + lower, (height, height + rise))
+        scene.channels(document, floor, f"floor{number}", (-scene.SPAN / 2 - 0.008, 0, 0))
+        below, lower, height = floor, half, height + rise
     return document, below
 
 

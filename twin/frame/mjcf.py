@@ -11,11 +11,11 @@ Value = str | float | Iterable[float]
 
 
 def _number(value: float) -> str:
-    """Shortest text that reads back as the same double; 0.3 stays 0.3, 2.0 becomes 2."""
+    """Fifteen significant digits, all that are sure to be the same on any machine."""
     value = float(value)
     if value == int(value) and abs(value) < 1e15:
         return str(int(value))
-    return repr(value)
+    return f"{value:.15g}"
 
 
 def text_of(value: Value) -> str:

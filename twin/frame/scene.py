@@ -11,8 +11,14 @@ CLAMP_SOLREF = (0.002, 1.0)
 CLAMP_SOLIMP = (0.9999, 0.9999, 0.001)
 """The stiffest settings that are stable at a step of 1 ms."""
 
-CLAMP_HEIGHT = 0.08
-"""Height of the ground body's origin, the top of the base plate, above the bench [m]."""
+CLAMP_HEIGHT = 0.07
+"""Height above the bench of the ground body's origin, where clamps end and beams begin [m]."""
+SPAN = 0.30
+"""Distance between the beams, length of the rods [m]."""
+DEPTH = 0.045
+"""Depth of the rods [m]."""
+ALUMINIUM = 2700.0
+"""Density [kg/m^3]."""
 
 
 def options(document: Document, design: FrameDesign) -> None:
@@ -25,6 +31,7 @@ def options(document: Document, design: FrameDesign) -> None:
     for name, value in {
         "integrator": "RK4",
         "jacobian": "dense",
+        "tolerance": "1e-15",
         "gravity": f"0 0 {-design.gravity!r}",
     }.items():
         option.set(name, value)
@@ -65,33 +72,23 @@ def inertial(
     add(body, "inertial", pos=(0, 0, height), mass=mass, diaginertia=inertia)
 
 
-def channels(document: Document, body: str) -> None:
-    """Add the force actuator and the sensors of the ground or a floor."""
-    add(
-        document.section("actuator"),
-        "motor",
-        name=f"force_{body}",
-        site=f"hit_{body}",
-        gear=(1, 0, 0, 0, 0, 0),
-    )
-    sensor = document.section("sensor")
-    add(sensor, "framelinacc", name=f"acc_{body}", objtype="xbody", objname=body)
-    add(sensor, "framepos", name=f"disp_{body}", objtype="xbody", objname=body)
-
-
-SPAN = 0.30
-"""Distance between the beams, length of the rods [m]."""
-DEPTH = 0.045
-"""Depth of the rods [m]."""
-ALUMINIUM = 2700.0
-"""Density [kg/m^3]."""
-
-
 def rod_height(storey: Storey) -> float:
     """Height of an aluminium rod of the floor's mass, at most 20 mm: the rest is bolted on [m]."""
     return min(round(storey.floor_mass / (ALUMINIUM * SPAN * DEPTH), 4), 0.02)
 
 
-def add_site(body: Element, name: str) -> None:
-    """Add the point where hammer or shaker push."""
-    add(body, "site", name=f"hit_{name}", size=0.004)
+def channels(
+    document: Document, body: Element, name: str, point: tuple[float, float, float]
+) -> None:
+    """Add the force actuator at that point of the body, and the sensors of ground or floor."""
+    add(body, "site", name=f"hit_{name}", pos=point, size=0.003, rgba=(0.85, 0.15, 0.15, 1))
+    add(
+        document.section("actuator"),
+        "motor",
+        name=f"force_{name}",
+        site=f"hit_{name}",
+        gear=(1, 0, 0, 0, 0, 0),
+    )
+    sensor = document.section("sensor")
+    add(sensor, "framelinacc", name=f"acc_{name}", objtype="xbody", objname=name)
+    add(sensor, "framepos", name=f"disp_{name}", objtype="xbody", objname=name)

@@ -3,7 +3,7 @@
 from twin.laboratory.analyser import Analyser
 from twin.laboratory.earthquake import Earthquake
 from twin.laboratory.excitation import Excitation, TimeBase
-from twin.laboratory.experiment import Experiment, run, settling_time
+from twin.laboratory.experiment import Experiment, Performance, perform, run, settling_time
 from twin.laboratory.ground_motion import read_ground_motion
 from twin.laboratory.hammer import Hammer
 from twin.laboratory.multisine import Multisine
@@ -17,9 +17,11 @@ __all__ = [
     "Experiment",
     "Hammer",
     "Multisine",
+    "Performance",
     "RandomShaking",
     "Sweep",
     "TimeBase",
+    "perform",
     "read_ground_motion",
     "run",
     "settling_time",

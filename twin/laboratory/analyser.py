@@ -23,7 +23,7 @@ LEAST_FACTOR = 8
 SAMPLES_IN_A_PULSE = 16
 """Physics samples in a hammer's pulse; straight lines then miss 0.3 % of its impulse."""
 
-MOST_PHYSICS_SAMPLES = 20_000_000
+MOST_PHYSICS_SAMPLES = 10_000_000
 """A longer simulation would not fit the memory of a laptop."""
 
 
@@ -56,6 +56,11 @@ class Analyser:
     def __post_init__(self) -> None:
         positive(self.sampling_hz, "the sampling rate", "hertz")
         positive(self.duration_s, "the duration", "seconds")
+        if not self.duration_s * self.sampling_hz < MOST_PHYSICS_SAMPLES:
+            raise ExperimentError(
+                f"{self.duration_s:g} s at {self.sampling_hz:g} Hz are more than the "
+                f"{MOST_PHYSICS_SAMPLES:,} samples one test may have"
+            )
         if self.samples < 2:
             raise ExperimentError(
                 f"{self.duration_s:g} s at {self.sampling_hz:g} Hz are fewer than two samples"

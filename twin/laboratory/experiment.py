@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
@@ -15,7 +16,7 @@ from twin.instruments import INSTRUMENT_OF, Instrument, Reading
 from twin.laboratory.analyser import Analyser, straight_lines
 from twin.laboratory.excitation import Excitation, TimeBase, finite
 from twin.laboratory.hammer import Hammer
-from twin.model import Twin
+from twin.model import Motion, Twin
 from twin.place import SI_UNIT
 from twin.recording import Channel, Recording
 
@@ -78,6 +79,21 @@ class Experiment:
         return self.analyser.time_base(self.excitation.shortest_s, self.settle_s)
 
 
+@dataclass(frozen=True)
+class Performance:
+    """A test that was carried out.
+
+    Attributes:
+        recording: what the analyser stored.
+        motion: of the rig, lead-in and lead-out included.
+        start_s: time of the motion's first sample in the recording's time [s].
+    """
+
+    recording: Recording
+    motion: Motion
+    start_s: float
+
+
 def run(
     experiment: Experiment,
     twin: Twin,
@@ -85,6 +101,17 @@ def run(
     repetition: int = 0,
     progress: Callable[[float], None] | None = None,
 ) -> Recording:
+    """Carry out a test on a twin and return its recording; see ``perform``."""
+    return perform(experiment, twin, seed, repetition, progress).recording
+
+
+def perform(
+    experiment: Experiment,
+    twin: Twin,
+    seed: int = 0,
+    repetition: int = 0,
+    progress: Callable[[float], None] | None = None,
+) -> Performance:
     """Carry out a test on a twin.
 
     Args:
@@ -95,7 +122,7 @@ def run(
         progress: told the share of the simulation that is done, 0 to 1.
 
     Returns:
-        The recording in SI units; the notes name clipped channels.
+        The recording in SI units, whose notes name clipped channels, and the rig's motion.
 
     Raises:
         ExperimentError: the rig has no such place or channel, or the excitation does not fit.
@@ -103,7 +130,7 @@ def run(
     base = experiment.time_base()
     rng = stream(seed, repetition, f"excitation {experiment.excitation.kind}")
     history = experiment.excitation.history(base, rng)
-    truth = _simulate(experiment, twin, base, history, progress)
+    truth, motion = _simulate(experiment, twin, base, history, progress)
     # response and input alike are what a continuous filter in front of the sampler would see
     truth[experiment.input] = straight_lines(truth[experiment.input])
     names = experiment.channels or _usual_channels(experiment, truth)
@@ -117,12 +144,13 @@ def run(
         instrument = experiment.instrument(name)
         samples = experiment.analyser.sample(instrument.sense(truth[name], base.rate_hz), base)
         readings[name] = instrument.digitise(samples, stream(seed, repetition, name))
-    return Recording.build(
+    recording = Recording.build(
         experiment.analyser.sampling_hz,
         {name: reading.samples for name, reading in readings.items()},
-        source=f"virtual {experiment.excitation.kind} test of {twin.source}",
+        source=f"virtual {experiment.excitation.kind} test of {Path(twin.source).name}",
         notes=tuple(_clipping_notes(readings)),
     )
+    return Performance(recording, motion, base.first / base.rate_hz)
 
 
 def settling_time(rig: Twin, left: float = 1e-4) -> float:
@@ -147,11 +175,11 @@ def _simulate(
     base: TimeBase,
     history: Array,
     progress: Callable[[float], None] | None,
-) -> dict[str, Array]:
-    """Return every channel there is at the physics rate, the input's among them."""
+) -> tuple[dict[str, Array], Motion]:
+    """Return every channel there is at the physics rate, the input's among them, and the motion."""
     if experiment.excitation.moves_the_ground:
         motion = twin.simulate({}, base.rate_hz, base.samples, history, progress)
-        return {experiment.input: history, **motion.columns}
+        return {experiment.input: history, **motion.columns}, motion
     places = ("ground", *twin.floors)
     if experiment.at not in places:
         raise ExperimentError(
@@ -160,7 +188,7 @@ def _simulate(
     rig = twin.released() if experiment.at == "ground" else twin
     forces = {experiment.input: history}
     motion = rig.simulate(forces, base.rate_hz, base.samples, progress=progress)
-    return {**forces, **motion.columns}
+    return {**forces, **motion.columns}, motion
 
 
 def _usual_channels(experiment: Experiment, truth: Mapping[str, Array]) -> tuple[str, ...]:

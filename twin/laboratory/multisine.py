@@ -44,7 +44,7 @@ class Multisine:
     Source: Pintelon and Schoukens, System Identification: A Frequency Domain Approach, 2012.
     """
 
-    rms_n: float = 1.0
+    rms_n: float = 0.1
     band_hz: tuple[float, float] = (0.5, 12.0)
     periods: int = 4
     lines: tuple[int, ...] | None = None

@@ -66,7 +66,7 @@ class RandomShaking:
         ExperimentError: a value out of its range.
     """
 
-    rms_n: float = 1.0
+    rms_n: float = 0.1
     band_hz: tuple[float, float] = (0.5, 12.0)
     burst: float | None = None
 

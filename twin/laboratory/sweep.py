@@ -30,7 +30,7 @@ class Sweep:
         ExperimentError: a value out of its range.
     """
 
-    rms_n: float = 1.0
+    rms_n: float = 0.1
     band_hz: tuple[float, float] = (0.5, 12.0)
     law: str = "linear"
 

@@ -1,0 +1,53 @@
+"""``twin view``: open a Rerun recording, or take its picture."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from twin.errors import TwinError
+
+MAGIC = b"RRF"
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("view")(view)
+
+
+def view(
+    recording: Annotated[Path, typer.Argument(metavar="FILE.rrd", help="A Rerun recording.")],
+    screenshot: Annotated[
+        Path | None,
+        typer.Option("--screenshot", metavar="PNG", help="Write a picture; open no window."),
+    ] = None,
+    time: Annotated[
+        float | None, typer.Option("--time", metavar="S", help="Time to show in the picture [s].")
+    ] = None,
+) -> None:
+    """Open a Rerun recording in the viewer.
+
+    Example: twin view twin-demo/identification.rrd
+    """
+    check_rrd(recording)
+    if screenshot is not None:
+        from twin.view.screenshot import screenshot as take
+
+        typer.echo(f"written: {take(recording, screenshot, time)}")
+        return
+    done = subprocess.run([sys.executable, "-m", "rerun", str(recording)], check=False)
+    if done.returncode:
+        raise TwinError(f"{recording}: the Rerun viewer ended with code {done.returncode}")
+
+
+def check_rrd(recording: Path) -> None:
+    """Raise TwinError unless the file is a Rerun recording."""
+    if not recording.is_file():
+        raise TwinError(f"{recording}: no such file; twin demo and twin identify write one")
+    with recording.open("rb") as file:
+        if file.read(3) != MAGIC:
+            raise TwinError(f"{recording}: not a Rerun recording (.rrd)")

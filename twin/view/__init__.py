@@ -1,0 +1,1 @@
+"""What people look at: Rerun recordings, figures and tables. Reads results, changes none."""

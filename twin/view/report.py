@@ -1,0 +1,64 @@
+"""An identification for people: tables in the terminal, figures and a Rerun recording in files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from rich.console import Console
+
+from twin.identification.result import Identification
+from twin.laboratory import Performance
+from twin.model import Twin
+from twin.view import figures
+from twin.view.comparison import matrix_rows, modal_rows
+from twin.view.rrd import write_rrd
+from twin.view.tables import channel_table, parameter_table
+
+FIGURES = {
+    "time_histories": figures.time_histories,
+    "frequency_responses": figures.frequency_responses,
+    "singular_values": figures.singular_values,
+    "stabilisation": figures.stabilisation_diagram,
+    "mode_shapes": figures.modes,
+}
+
+
+def print_identification(
+    console: Console,
+    result: Identification,
+    truth: Twin | None,
+    unseen: Mapping[str, float] | None = None,
+) -> None:
+    """Print channels, identified beside true parameters, errors and notes."""
+    for recording in result.recordings:
+        console.print(channel_table(recording))
+    rows = modal_rows(result, truth.modes() if truth else None)
+    console.print(parameter_table(rows, "Modes"))
+    matrices = matrix_rows(
+        result.second_order, truth.second_order() if truth else None, result.second_order_std
+    )
+    if matrices:
+        console.print(parameter_table(matrices, "Mass and stiffness, eq. (41)"))
+    if result.alpha is not None and result.beta is not None:
+        console.print(
+            f"proportional damping: alpha = {result.alpha:.4g} 1/s, beta = {result.beta:.4g} s"
+        )
+    console.print(f"estimate: {result.route}")
+    console.print(f"error of the re-simulated outputs: {100 * result.nrmse:.2f} % of their RMS")
+    for name, error in (unseen or {}).items():
+        console.print(f"error on {name}, not seen by the fit: {100 * error:.2f} % of RMS")
+    for note in result.notes:
+        console.print(f"note: {note}", style="dim")
+
+
+def write_identification(
+    folder: Path,
+    result: Identification,
+    truth: Twin | None = None,
+    performance: Performance | None = None,
+) -> list[Path]:
+    """Write every figure and the Rerun recording into ``folder``; return their paths."""
+    files = [figures.save(draw(result), folder / f"{n}.png") for n, draw in FIGURES.items()]
+    files.append(write_rrd(folder / "identification.rrd", result, truth, performance))
+    return files

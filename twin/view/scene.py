@@ -1,0 +1,214 @@
+"""A MuJoCo model in Rerun: its geometry once, its poses over time, its bending beams as meshes."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import rerun as rr
+from numpy.typing import NDArray
+
+from twin.model import Motion
+from twin.view.deflection import HALF_SPAN, HEIGHT, POINTS, ModeShape, beam
+
+Array = NDArray[np.float64]
+
+DISPLAY_HZ = 30.0
+TIMELINE = "time"
+MODE_HZ = 0.5
+MODE_AMPLITUDE = 0.08
+MODE_SPACING = 0.6
+FLOOR_COLOUR = (205, 210, 217)
+BEAM_COLOUR = (230, 159, 0)
+
+
+def log_motion(stream: rr.RecordingStream, root: str, motion: Motion, start_s: float = 0.0) -> None:
+    """Log the moving frame under ``root``: static geometry, poses and skins at 30 Hz.
+
+    Args:
+        stream: the Rerun recording.
+        root: entity path.
+        motion: what moves.
+        start_s: time of its first sample [s]; what lies before zero is left out.
+    """
+    model = motion.model
+    data = mujoco.MjData(model)
+    step = max(round(motion.rate_hz / DISPLAY_HZ), 1)
+    frames = np.arange(max(round(-start_s * motion.rate_hz), 0), motion.samples, step)
+    time = start_s + frames / motion.rate_hz
+    positions = np.empty((len(frames), model.nbody, 3))
+    rotations = np.empty((len(frames), model.nbody, 4))
+    for row, frame in enumerate(frames):
+        data.qpos[:] = motion.qpos[frame]
+        mujoco.mj_kinematics(model, data)
+        positions[row], rotations[row] = data.xpos, data.xquat
+    for body in range(model.nbody):
+        name = f"{root}/{model.body(body).name or f'body{body}'}"
+        _log_geoms(stream, name, model, body)
+        if body:
+            stream.send_columns(
+                name,
+                [rr.TimeColumn(TIMELINE, duration=time)],
+                rr.Transform3D.columns(
+                    translation=positions[:, body],
+                    # MuJoCo puts the scalar first, Rerun last.
+                    quaternion=rotations[:, body][:, [1, 2, 3, 0]],
+                ),
+            )
+    for skin in range(model.nskin):
+        _log_skin(stream, f"{root}/skins/{skin}", model, skin, time, positions, rotations)
+
+
+def _log_geoms(stream: rr.RecordingStream, name: str, model: mujoco.MjModel, body: int) -> None:
+    boxes, rods, balls = (
+        mujoco.mjtGeom.mjGEOM_BOX,
+        mujoco.mjtGeom.mjGEOM_CYLINDER,
+        (mujoco.mjtGeom.mjGEOM_SPHERE),
+    )
+    capsules = mujoco.mjtGeom.mjGEOM_CAPSULE
+    mine = np.flatnonzero(model.geom_bodyid == body)
+    for kind in (boxes, rods, balls, capsules):
+        geoms = [int(g) for g in mine if model.geom_type[g] == kind]
+        if not geoms:
+            continue
+        size = model.geom_size[geoms]
+        place = {
+            "centers": model.geom_pos[geoms],
+            "quaternions": model.geom_quat[geoms][:, [1, 2, 3, 0]],
+            "colors": [_colour(model, g) for g in geoms],
+            "fill_mode": "solid",
+        }
+        if kind == boxes:
+            shape = rr.Boxes3D(half_sizes=size, **place)
+        elif kind == rods:
+            shape = rr.Cylinders3D(lengths=2 * size[:, 1], radii=size[:, 0], **place)
+        elif kind == balls:
+            shape = rr.Ellipsoids3D(half_sizes=np.repeat(size[:, :1], 3, axis=1), **place)
+        else:
+            # Rerun's capsules start at their lower end, MuJoCo's are centred.
+            low = np.array([_up(model.geom_quat[g]) * model.geom_size[g, 1] for g in geoms])
+            shape = rr.Capsules3D(
+                lengths=2 * size[:, 1],
+                radii=size[:, 0],
+                translations=model.geom_pos[geoms] - low,
+                quaternions=place["quaternions"],
+                colors=place["colors"],
+            )
+        stream.log(f"{name}/{_label(kind)}", shape, static=True)
+
+
+def _label(kind: int) -> str:
+    return str(mujoco.mjtGeom(kind).name).removeprefix("mjGEOM_").lower()
+
+
+def _up(quaternion: Array) -> Array:
+    up = np.zeros(3)
+    mujoco.mju_rotVecQuat(up, np.array([0.0, 0.0, 1.0]), quaternion)
+    return up
+
+
+def _colour(model: mujoco.MjModel, geom: int) -> tuple[int, ...]:
+    material = model.geom_matid[geom]
+    rgba = model.mat_rgba[material] if material >= 0 else model.geom_rgba[geom]
+    return tuple(int(255 * c) for c in rgba)
+
+
+def _log_skin(
+    stream: rr.RecordingStream,
+    name: str,
+    model: mujoco.MjModel,
+    skin: int,
+    time: Array,
+    positions: Array,
+    rotations: Array,
+) -> None:
+    """Log a skin as a mesh: every vertex follows its bones by their weights, as MuJoCo draws it."""
+    start, count = model.skin_vertadr[skin], model.skin_vertnum[skin]
+    rest = model.skin_vert[start : start + count]
+    vertices = np.zeros((len(time), count, 3))
+    first = model.skin_boneadr[skin]
+    for bone in range(first, first + model.skin_bonenum[skin]):
+        body = model.skin_bonebodyid[bone]
+        at = model.skin_bonevertadr[bone]
+        touched = slice(at, at + model.skin_bonevertnum[bone])
+        index, weight = model.skin_bonevertid[touched], model.skin_bonevertweight[touched]
+        back = np.empty(9)
+        mujoco.mju_quat2Mat(back, model.skin_bonebindquat[bone].astype(float))
+        local = (rest[index] - model.skin_bonebindpos[bone]) @ back.reshape(3, 3)
+        for row in range(len(time)):
+            turn = np.empty(9)
+            mujoco.mju_quat2Mat(turn, rotations[row, body])
+            moved = local @ turn.reshape(3, 3).T + positions[row, body]
+            vertices[row, index] += weight[:, None] * moved
+    at, faces = model.skin_faceadr[skin], model.skin_facenum[skin]
+    triangles = model.skin_face[at : at + faces]
+    material = model.skin_matid[skin]
+    rgba = model.mat_rgba[material] if material >= 0 else model.skin_rgba[skin]
+    stream.log(
+        name,
+        rr.Mesh3D.from_fields(
+            triangle_indices=triangles, albedo_factor=[int(255 * c) for c in rgba]
+        ),
+        static=True,
+    )
+    stream.send_columns(
+        name,
+        [rr.TimeColumn(TIMELINE, duration=time)],
+        rr.Mesh3D.columns(vertex_positions=vertices.reshape(-1, 3)).partition(
+            np.full(len(time), count)
+        ),
+    )
+
+
+def log_mode(
+    stream: rr.RecordingStream, root: str, mode: ModeShape, number: int, seconds: float
+) -> None:
+    """Log one mode shape as a moving frame of lines, beside the others, in slow motion."""
+    time = np.arange(0, max(seconds, 1 / MODE_HZ), 1 / DISPLAY_HZ)
+    turn = np.exp(2j * np.pi * MODE_HZ * time)
+    x = MODE_AMPLITUDE * np.real(turn[:, None] * mode.shape)
+    levels = len(mode.places)
+    offset = MODE_SPACING * number
+    centres = np.zeros((len(time), levels, 3))
+    centres[:, :, 0] = x + offset
+    centres[:, :, 2] = HEIGHT * np.arange(levels)
+    half = np.tile([HALF_SPAN, 0.04, 0.008], (levels, 1))
+    stream.log(
+        f"{root}/floors",
+        rr.Boxes3D.from_fields(half_sizes=half, colors=[FLOOR_COLOUR], fill_mode="solid"),
+        static=True,
+    )
+    columns = [rr.TimeColumn(TIMELINE, duration=time)]
+    stream.send_columns(
+        f"{root}/floors",
+        columns,
+        rr.Boxes3D.columns(centers=centres.reshape(-1, 3)).partition(np.full(len(time), levels)),
+    )
+    strips = np.zeros((len(time), levels - 1, 2, POINTS, 3))
+    for row in range(len(time)):
+        for level in range(levels - 1):
+            for which, side in enumerate((-1, 1)):
+                path = beam(x[row, level], x[row, level + 1], level, side)
+                strips[row, level, which, :, 0] = path[:, 0] + offset
+                strips[row, level, which, :, 2] = path[:, 1]
+    count = 2 * (levels - 1)
+    stream.log(
+        f"{root}/beams",
+        rr.LineStrips3D.from_fields(colors=[BEAM_COLOUR], radii=[0.004]),
+        static=True,
+    )
+    stream.send_columns(
+        f"{root}/beams",
+        columns,
+        rr.LineStrips3D.columns(strips=list(strips.reshape(-1, POINTS, 3))).partition(
+            np.full(len(time), count)
+        ),
+    )
+    label = f"{mode.frequency_hz:.3f} Hz, {100 * mode.damping_ratio:.2f} %"
+    stream.log(
+        f"{root}/label",
+        rr.Points3D(
+            [[offset, 0, HEIGHT * (levels - 1) + 0.12]], labels=[label], radii=[0.001],
+            show_labels=True,
+        ),
+        static=True,
+    )  # fmt: skip
