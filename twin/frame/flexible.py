@@ -102,16 +102,16 @@ def add_storey(
 
 
 def _link_inertia(body: Element, storey: Storey, length: float, share: float) -> None:
-    """Both beams between two hinges; each turns about its own middle, not about the frame's."""
+    """Both beams between two hinges, plates; each turns about its own middle, not the frame's."""
     mass = storey.beams_mass * length / storey.beam_length
     turning = share * mass * length**2
-    thin = mass / 12 * storey.beam_width**2
+    wide, thick = (mass / 12 * size**2 for size in (storey.beam_width, storey.beam_thickness))
     add(
         body,
         "inertial",
         pos=(0, 0, length / 2),
         mass=mass,
-        diaginertia=(turning, turning, thin),
+        diaginertia=(turning + wide, turning, wide + thick),
     )
 
 
