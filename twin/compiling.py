@@ -109,9 +109,12 @@ def _add_clamp(spec: mujoco.MjSpec) -> None:
 def driven(mjcf: str, source: str, clamped: bool, ground_driven: bool) -> mujoco.MjModel:
     """Compile for a simulation: inputs become integrators, so that they are linear between samples.
 
-    The control of every actuator is then the slope of its input [1/s].
+    The control of every actuator is then the slope of its input [1/s]. The integrator is RK4
+    whatever the file says: at 2 ms Euler is off by 0.05 % in frequency, ``discrete`` by ten times
+    the damping.
     """
     spec = _structured(mjcf, source, clamped and not ground_driven)
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_RK4
     if ground_driven:
         _drive_ground(spec, source)
     for actuator in spec.actuators:
