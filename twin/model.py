@@ -123,8 +123,15 @@ class Twin:
         return self.linearisation().second_order()
 
     def modes(self) -> ModalModel:
-        """Return the exact damped modes of all freedoms, their shapes at the places."""
-        return self.linearisation().modes()
+        """Return the exact damped modes of all freedoms, their shapes at the places.
+
+        Raises:
+            ModelError: a mode does not oscillate: it is overdamped or its stiffness negative.
+        """
+        try:
+            return self.linearisation().modes()
+        except ValueError as error:
+            raise ModelError(f"{self.source}: {error}") from None
 
     def simulate(
         self,

@@ -73,8 +73,10 @@ def roll(
         Joint positions (samples, nq) and the x component of each sensor that is a channel.
 
     Raises:
-        ModelError: the motion diverges.
+        ModelError: the model's timestep is not positive, or the motion diverges.
     """
+    if not model.opt.timestep > 0:
+        raise ModelError(f"{source}: the timestep must be positive, not {model.opt.timestep}")
     count = substeps(model, rate_hz)
     model.opt.timestep = 1 / (rate_hz * count)
     data = mujoco.MjData(model)
