@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.arrays import frozen
 from twin.errors import ControlError, available
 from twin.frame import Pendulum
 from twin.second_order import SecondOrderModel
@@ -73,6 +74,9 @@ class DesignModel:
         structure: M, R, K with the pendulum among the coordinates.
         known_input: what is measured of the excitation: "force_floor1" or "force_ground" by the
             load cell [N], or "acc_ground" on a shake table [m/s^2].
+        load: T_e of the known input, (n,); None for the obvious one: a unit force on its place, or
+            on a shake table the inertia of the floors, -M [1 .. 1 0], which leaves out the mass
+            between ground and first floor (``of`` does not).
 
     Raises:
         ControlError: a pendulum, a floor or the place of the known input is lacking.
@@ -82,8 +86,11 @@ class DesignModel:
 
     structure: SecondOrderModel
     known_input: str
+    load: Array | None = None
 
     def __post_init__(self) -> None:
+        if self.load is not None:
+            object.__setattr__(self, "load", frozen(self.load, float))
         have = self.structure.coordinates
         needed = [PENDULUM, "floor1"]
         if self.known_input != SHAKE_TABLE:
@@ -96,8 +103,21 @@ class DesignModel:
             )
         if self.known_input == SHAKE_TABLE and GROUND in have:
             raise ControlError(
-                "on a shake table the ground's motion is given: identify the clamped frame"
+                "on a shake table the ground's motion is given: take the model of the clamped frame"
             )
+
+    @classmethod
+    def of(cls, structure: SecondOrderModel, known_input: str) -> DesignModel:
+        """Return the design model; on a shake table a free ground is taken out of the structure."""
+        coordinates = structure.coordinates
+        if known_input != SHAKE_TABLE or GROUND not in coordinates:
+            return cls(structure, known_input)
+        moving = np.array([float(name != PENDULUM) for name in coordinates])
+        keep = [i for i, name in enumerate(coordinates) if name != GROUND]
+        M, R, K = (m[np.ix_(keep, keep)] for m in (structure.M, structure.R, structure.K))
+        names = tuple(coordinates[i] for i in keep)
+        load = -(structure.M @ moving)[keep]
+        return cls(SecondOrderModel(M, R, K, names), known_input, load)
 
     @property
     def floors(self) -> tuple[str, ...]:
@@ -127,6 +147,8 @@ class DesignModel:
 
     def influence(self) -> Array:
         """Return T_e of the known input, (n,)."""
+        if self.load is not None:
+            return self.load
         column = np.zeros(len(self.structure.M))
         if self.known_input == SHAKE_TABLE:
             for floor in self.floors:

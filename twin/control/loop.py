@@ -105,7 +105,7 @@ class SteadyVibration:
     Attributes:
         displacement: of the floors, (frequencies, floors).
         angle: of the pendulum, (frequencies,).
-        torque: (frequencies,).
+        torque: that acts, (frequencies,).
     """
 
     displacement: ComplexArray
@@ -155,10 +155,10 @@ def steady_vibration(
             :, :, 0
         ]
         z = state[:, :order]
-        torque = state @ np.concatenate([c.D_y @ p.C, c.C]) + u_f
-    return SteadyVibration(
-        np.asarray(z @ plant.displacements().T), z[:, pendulum], torque.astype(complex)
-    )
+        given = state @ np.concatenate([c.D_y @ p.C, c.C]) + u_f
+        torque = given / point**delay
+    displacement, angle = z @ plant.displacements().T, np.asarray(z[:, pendulum], np.complex128)
+    return SteadyVibration(np.asarray(displacement), angle, torque.astype(np.complex128))
 
 
 def _solved(A: Array, B: Array, point: ComplexArray) -> ComplexArray:

@@ -13,7 +13,7 @@ from twin.contract import names_in
 from twin.control.absorber import GROUND, PENDULUM, SHAKE_TABLE, DesignModel
 from twin.control.perturbation import Perturbation
 from twin.errors import ControlError, available
-from twin.linearise import Linearisation, linearise
+from twin.linearise import linearise
 from twin.model import Twin
 from twin.second_order import SecondOrderModel
 
@@ -59,7 +59,7 @@ class Plant:
                 f"has actuators {available(have['actuator'])}; sensors {available(have['sensor'])}"
             )
         choices = [f"force_{floor}" for floor in self.twin.floors]
-        if GROUND in have["joint"]:
+        if self._has_suspension:
             choices.append("force_ground")
         choices.append(SHAKE_TABLE)
         if self.known_input not in choices:
@@ -91,12 +91,16 @@ class Plant:
 
     def linear(self) -> DesignModel:
         """Return the linearised truth: what a controller would believe that knows everything."""
-        return DesignModel(self._linearisation().second_order(), self.known_input)
-
-    def _linearisation(self) -> Linearisation:
-        model = self.rig.compile()
+        rig = self.rig
+        if self.known_input == SHAKE_TABLE and self._has_suspension:
+            rig = rig.released()
+        model = rig.compile()
         self.perturbation.apply(model)
-        return linearise(model)
+        return DesignModel.of(linearise(model).second_order(), self.known_input)
+
+    @property
+    def _has_suspension(self) -> bool:
+        return GROUND in compiling.joints(self.twin.mjcf, self.twin.source)
 
 
 def frame_frequencies(model: SecondOrderModel, count: int = 2) -> tuple[float, ...]:
