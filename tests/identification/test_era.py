@@ -80,3 +80,19 @@ def test_an_order_above_the_rank_is_refused_with_the_rank():
 def test_too_few_markov_parameters_are_refused():
     with pytest.raises(IdentificationError, match="2 Markov parameters are too few"):
         era(np.ones((3, 1, 1)))
+
+
+@pytest.mark.parametrize("limit", [0, 10_000])
+def test_weighted_columns_give_the_same_exact_model(monkeypatch, limit):
+    monkeypatch.setattr(module, "DENSE_LIMIT", limit)
+    rng = np.random.default_rng(4)
+    A = np.diag([0.9, 0.5, -0.7])
+    BG, C = rng.standard_normal((3, 4)), rng.standard_normal((2, 3))
+    pulses = [C @ np.linalg.matrix_power(A, k) @ BG for k in range(40)]
+    D = rng.standard_normal((2, 2))
+    markov = np.array([np.hstack([D, np.zeros((2, 2))]), *pulses])
+    model = era(markov, driving=np.array([2.0, 1.0, 0.1, 1e-3])).realize(3, 1.0, 2)
+    np.testing.assert_allclose(np.sort(model.poles.real), [-0.7, 0.5, 0.9], atol=1e-10)
+    np.testing.assert_allclose(model.D, D)
+    np.testing.assert_allclose(model.C @ model.A @ model.B, pulses[1][:, :2], atol=1e-10)
+    np.testing.assert_allclose(model.C @ model.A @ model.G, pulses[1][:, 2:], atol=1e-10)

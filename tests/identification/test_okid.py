@@ -107,3 +107,14 @@ def test_the_gram_matrix_is_that_of_the_shifted_records():
         rows = module._shifted(w, p, 0 if at_rest else p, 50)
         flat = module._gram(w, p, at_rest).reshape(rows.shape[1], rows.shape[1])
         np.testing.assert_allclose(flat, rows.T @ rows, atol=1e-12)
+
+
+@pytest.mark.parametrize("method", ["normal equations", "QR"])
+def test_what_drives_the_columns_is_the_input_and_what_the_observer_leaves(monkeypatch, method):
+    if method == "QR":
+        monkeypatch.setattr(module, "WELL_CONDITIONED", 1.0)
+    u, y = random_records()
+    found = okid([(u, y)], 6)
+    left = y.T - stacked(found) @ data_matrix(u, y, 6)
+    expected = np.concatenate([np.mean(u**2, axis=0), np.mean(left**2, axis=1)])
+    np.testing.assert_allclose(found.driving**2, expected)

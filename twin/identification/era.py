@@ -31,9 +31,10 @@ class HankelFactors:
         R: left singular vectors, (block_rows * outputs, kept).
         singular_values: largest first, (kept,).
         S: right singular vectors, (block_columns * columns, kept).
-        markov: the combined Markov parameters it is made of, entry 0 is [D, 0].
+        markov: the combined Markov parameters it is made of, entry 0 is [D, 0], weighted.
         block_rows: the paper's alpha.
         block_columns: the paper's beta.
+        weights: what the columns of the Markov parameters were multiplied with, (columns,).
     """
 
     R: Array
@@ -42,6 +43,7 @@ class HankelFactors:
     markov: Array
     block_rows: int
     block_columns: int
+    weights: Array
 
     @property
     def rank(self) -> int:
@@ -75,15 +77,19 @@ class HankelFactors:
         R, S, root = self.R[:, :order], self.S[:, :order], np.sqrt(sigma[:order])
         A = self._shifted[:order, :order] / np.outer(root, root)
         outputs, columns = self.markov.shape[1:]
-        BG = root[:, None] * S[:columns].T
+        BG = root[:, None] * S[:columns].T / self.weights
         C = R[:outputs] * root
-        D = self.markov[0, :, :inputs]
+        D = self.markov[0, :, :inputs] / self.weights[:inputs]
         G = BG[:, inputs:] if columns > inputs else None
         return StateSpace(A, BG[:, :inputs], C, D, dt, G)
 
 
 def era(
-    markov: Array, block_rows: int | None = None, keep: int = 60, seed: int = 0
+    markov: Array,
+    block_rows: int | None = None,
+    keep: int = 60,
+    seed: int = 0,
+    driving: Array | None = None,
 ) -> HankelFactors:
     """Factorise the block Hankel matrix of the Markov parameters, eqs. (32)-(37).
 
@@ -96,6 +102,10 @@ def era(
         block_rows: the paper's alpha; half of the Markov parameters by default.
         keep: singular values to compute when the matrix is large.
         seed: of the random sketch.
+        driving: RMS of what drives each column, inputs and unpredicted outputs: the columns are
+            then weighted with it, relative to the first. Without weights the columns of the
+            observer gain, in other units, may outweigh those of the input, and the truncated
+            SVD serves them first.
 
     Raises:
         IdentificationError: fewer than three Markov parameters beyond entry 0.
@@ -108,13 +118,16 @@ def era(
     if rows < 1 or columns < 1:
         raise IdentificationError(f"{rows} block rows need more than {count} Markov parameters")
     _, m, q = markov.shape
+    weights = np.ones(q) if driving is None else np.asarray(driving) / driving[0]
+    if driving is not None:
+        markov = markov * weights
     if min(rows * m, columns * q) <= DENSE_LIMIT:
         index = np.arange(rows)[:, None] + np.arange(columns)[None, :]
         hankel = markov[1:][index].transpose(0, 2, 1, 3).reshape(rows * m, columns * q)
         R, sigma, St = linalg.svd(hankel, full_matrices=False, check_finite=False)
-        return HankelFactors(R, sigma, St.T, markov, rows, columns)
+        return HankelFactors(R, sigma, St.T, markov, rows, columns, weights)
     R, sigma, S = _sketched_svd(implicit_hankel(markov[1:], rows, columns), keep, seed)
-    return HankelFactors(R, sigma, S, markov, rows, columns)
+    return HankelFactors(R, sigma, S, markov, rows, columns, weights)
 
 
 @dataclass(frozen=True)

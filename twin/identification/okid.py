@@ -21,6 +21,9 @@ WELL_CONDITIONED = 1e-9
 RANK_TOLERANCE = 1e-11
 """Singular values of the data matrix this far below the largest are rounding."""
 
+LEAST_UNEXPLAINED = 1e-6
+"""Share of an output's RMS that is taken as unexplained at least, where there is no noise."""
+
 CHUNK = 8192
 """Rows a step of the streamed QR adds; memory does not grow with the record."""
 
@@ -35,12 +38,15 @@ class ObserverMarkov:
         Y2: the parameters that multiply past outputs, signs as in eq. (21), (p, outputs, outputs).
         rank_deficient: the data matrix (27) has dependent rows, as noise-free data have when the
             observer is longer than it has to be; the solution is then the shortest of many.
+        driving: RMS of what drives each column of the combined Markov parameters: the inputs, and
+            the part of every output that the observer could not predict, (inputs + outputs,).
     """
 
     D: Array
     Y1: Array
     Y2: Array
-    rank_deficient: bool = False
+    rank_deficient: bool
+    driving: Array
 
     def markov(self, count: int) -> Array:
         """Return D and the combined Markov parameters of eqs. (29)-(31).
@@ -96,18 +102,21 @@ def okid(
             f"{usable} usable samples are too few for {unknowns} observer Markov parameters "
             f"(p = {p}); {hint}"
         )
-    theta, deficient = _by_normal_equations(records, p, at_rest, ridge), False
-    if theta is None:
-        theta, deficient = _by_qr(records, p, at_rest)
+    found = _by_normal_equations(records, p, at_rest, ridge) or _by_qr(records, p, at_rest)
+    theta, unexplained, deficient = found
     D, past = theta[:r].T, theta[r:].reshape(p, r + m, m)
+    total = [sum(np.sum(block[i] ** 2, axis=0) for block in records) for i in (0, 1)]
+    unexplained = np.maximum(unexplained, LEAST_UNEXPLAINED**2 * total[1])
+    driving = np.sqrt(np.concatenate([total[0], unexplained]) / usable)
     return ObserverMarkov(
-        D, past[:, :r].transpose(0, 2, 1), -past[:, r:].transpose(0, 2, 1), deficient
+        D, past[:, :r].transpose(0, 2, 1), -past[:, r:].transpose(0, 2, 1), deficient, driving
     )
 
 
 def _by_normal_equations(
     records: Sequence[Record], p: int, at_rest: bool, ridge: float
-) -> Array | None:
+) -> tuple[Array, Array, bool] | None:
+    """Return the solution and the sum of squares it leaves of every output, or None."""
     r, m = records[0][0].shape[1], records[0][1].shape[1]
     q = r + m
     gram = _gram(np.hstack(records[0]), p, at_rest)
@@ -132,7 +141,8 @@ def _by_normal_equations(
     if reciprocal < WELL_CONDITIONED and not ridge:
         return None
     solved, _ = linalg.lapack.dpotrs(factor, right)
-    return np.asarray(solved * scale[target] / scale[regressors, None])
+    unexplained = (1 - np.sum(right * solved, axis=0)) * scale[target] ** 2
+    return solved * scale[target] / scale[regressors, None], unexplained, False
 
 
 def _gram(w: Array, p: int, at_rest: bool) -> Array:
@@ -175,7 +185,7 @@ def _chunks(records: Sequence[Record], p: int, at_rest: bool) -> Iterator[Array]
             yield _shifted(w[first:stop], p, start - first, stop - first)
 
 
-def _by_qr(records: Sequence[Record], p: int, at_rest: bool) -> tuple[Array, bool]:
+def _by_qr(records: Sequence[Record], p: int, at_rest: bool) -> tuple[Array, Array, bool]:
     r, m = records[0][0].shape[1], records[0][1].shape[1]
     q = r + m
     order = np.r_[0:r, q : (p + 1) * q, r:q]
@@ -186,4 +196,5 @@ def _by_qr(records: Sequence[Record], p: int, at_rest: bool) -> tuple[Array, boo
     left, right = triangle[:unknowns, :unknowns], triangle[:unknowns, unknowns:]
     scale = np.maximum(np.linalg.norm(left, axis=0), np.finfo(float).tiny)
     solution, _, rank, _ = np.linalg.lstsq(left / scale, right, rcond=RANK_TOLERANCE)
-    return np.asarray(solution / scale[:, None]), rank < unknowns
+    unexplained = np.sum(triangle[unknowns:, unknowns:] ** 2, axis=0)
+    return solution / scale[:, None], unexplained, bool(rank < unknowns)
