@@ -18,7 +18,7 @@ from twin.identification.starts import Realizations, candidate_poles
 ComplexArray = NDArray[np.complex128]
 
 HOLDS: tuple[Hold, ...] = ("band-limited", "held")
-OUT_OF_BAND = 1.3
+OUT_OF_BAND = 1.02
 HEAVY = 0.5
 """A mode with more damping than this is a smooth background, not a resonance."""
 
@@ -50,9 +50,7 @@ def best_attempts(
     """Fit from every starting point and for either inter-sample behaviour.
 
     Returns:
-        The best attempt for each behaviour that the records allow, the one to believe first in
-        front: a clearly better one, else the band-limited input that an analyser with an
-        anti-alias filter delivers.
+        The best attempt for each behaviour.
 
     Raises:
         IdentificationError: no starting point leads to a fit.
@@ -74,23 +72,48 @@ def best_attempts(
             best.append(min(attempts, key=lambda attempt: attempt.fit.bic))
     if not best:
         raise IdentificationError(f"the refinement found no model: {problem}")
-    least = min(attempt.fit.bic for attempt in best)
-    return [attempt for attempt in best if attempt.fit.bic < least + DECISIVE]
+    return best
 
 
-def completed(
-    attempt: Attempt, records: Records, band_hz: tuple[float, float] | None, prune: bool
-) -> ModalFit:
-    """Add the out-of-band term and drop modes where the evidence asks for it."""
+def believable_fits(
+    records: Records, found: Realizations, band_hz: tuple[float, float] | None, prune: bool
+) -> list[tuple[str, ModalFit]]:
+    """Return the fits the records allow, the one to believe first in front, with their origins.
+
+    Each behaviour of the input between samples gets its own best number of modes and, where the
+    evidence asks for it, the out-of-band term. One that is decisively better stands alone; else
+    the band-limited input comes first, which an analyser with an anti-alias filter delivers.
+
+    Args:
+        records: prepared recordings.
+        found: OKID and ERA's realizations.
+        band_hz: frequencies to use, or None for what the input excites.
+        prune: whether modes may be dropped (not where the order was given by hand).
+
+    Raises:
+        IdentificationError: no starting point leads to a fit.
+    """
     spectra = records.spectra(band_hz, edges=True)
-    fit = attempt.fit
-    fuller = fit_modal(spectra, attempt.poles, fit.hold, residual=True)
-    fit = fuller if fuller.bic < fit.bic else fit
-    fit = _fewer_modes(fit, attempt.poles, spectra) if prune else fit
-    if fit.hold == "held" and any(s.edge for s in spectra):
-        spectra = records.spectra(band_hz, edges=False)
-        fit = fit_modal(spectra, fit.parameters.poles, fit.hold, fit.residual)
-    return fit
+    fits = []
+    for attempt in best_attempts(records, found, band_hz):
+        fit = attempt.fit
+        fuller = fit_modal(spectra, attempt.poles, fit.hold, residual=True)
+        fit = fuller if fuller.bic < fit.bic else fit
+        fit = _fewer_modes(fit, attempt.poles, spectra) if prune else fit
+        fits.append((attempt.origin, fit))
+    least = min(fit.bic for _, fit in fits)
+    allowed = [(origin, fit) for origin, fit in fits if fit.bic < least + DECISIVE]
+    return [(origin, _with_all_samples(fit, records, band_hz)) for origin, fit in allowed]
+
+
+def _with_all_samples(
+    fit: ModalFit, records: Records, band_hz: tuple[float, float] | None
+) -> ModalFit:
+    """Use the record's ends too, where the input is held and they hold no surprise."""
+    spectra = records.spectra(band_hz, edges=False)
+    if fit.hold == "band-limited" or not any(s.edge for s in records.spectra(band_hz, True)):
+        return fit
+    return fit_modal(spectra, fit.parameters.poles, fit.hold, fit.residual)
 
 
 def _fewer_modes(fit: ModalFit, poles: ComplexArray, spectra: Sequence[Spectrum]) -> ModalFit:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.errors import IdentificationError
-from twin.identification.choice import best_attempts, completed
+from twin.identification.choice import believable_fits
 from twin.identification.discrete import predict, realize
 from twin.identification.maximum_likelihood import ModalFit
 from twin.identification.proportional_damping import proportional_damping
@@ -69,10 +69,9 @@ def _identify(
 ) -> Identification:
     found = realizations(records, p, order)
     options = []
-    for attempt in best_attempts(records, found, band_hz):
-        fit = completed(attempt, records, band_hz, prune=order is None)
+    for origin, fit in believable_fits(records, found, band_hz, prune=order is None):
         structure, believable, remarks = _second_order(fit, records)
-        options.append((attempt.origin, fit, structure, remarks))
+        options.append((origin, fit, structure, remarks))
         if believable:
             break
     origin, fit, structure, remarks = options[-1 if believable else 0]
