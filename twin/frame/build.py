@@ -63,21 +63,18 @@ def _undamped(design: FrameDesign, name: str) -> tuple[Document, Element]:
     heights = [s.beam_length + scene.rod_height(s) for s in design.storeys]
     appearance.surroundings(document, height + sum(heights))
     comment(document.section("worldbody"), "geoms are for the eye: masses stand under inertial")
-    below = scene.ground(document, design)
+    below = scene.ground(document, design, design.ground.mass + _stubs(design, 0))
     appearance.ground_geometry(document, below)
     scene.channels(document, below, "ground", (-0.33, 0, -0.03))
     lower = 0.0
     for number, storey in enumerate(design.storeys, start=1):
         half = scene.rod_height(storey) / 2
         rise = lower + storey.beam_length + half
-        mass = storey.floor_mass
+        mass = storey.floor_mass + _stubs(design, number)
         if design.kind == "lumped":
             floor = lumped.add_storey(below, storey, number, rise)
         else:
             floor = flexible.add_storey(document, below, design, number, (lower, half))
-            mass += sum(
-                flexible.stub_mass(s, design) for s in design.storeys[number - 1 : number + 1]
-            )
         scene.inertial(floor, mass, (scene.SPAN, scene.DEPTH, 2 * half))
         top = number == len(design.storeys)
         appearance.floor_geometry(floor, storey, with_motor=top and design.pendulum is not None)
@@ -85,6 +82,14 @@ def _undamped(design: FrameDesign, name: str) -> tuple[Document, Element]:
         scene.channels(document, floor, f"floor{number}", (-scene.SPAN / 2 - 0.008, 0, 0))
         below, lower, height = floor, half, height + rise
     return document, below
+
+
+def _stubs(design: FrameDesign, level: int) -> float:
+    """Mass of the beams' pieces that move with the ground (level 0) or a floor [kg]."""
+    if design.kind == "lumped":
+        return 0.0
+    ends = design.storeys[max(level - 1, 0) : level + 1]
+    return sum(flexible.stub_mass(storey, design) for storey in ends)
 
 
 def write_models(folder: Path) -> tuple[Path, ...]:

@@ -38,8 +38,14 @@ def options(document: Document, design: FrameDesign) -> None:
     add(option, "flag", contact="disable")
 
 
-def ground(document: Document, design: FrameDesign) -> Element:
-    """Add the base plate, its suspension and the clamp that holds it; return its body."""
+def ground(document: Document, design: FrameDesign, mass: float) -> Element:
+    """Add the base plate, its suspension and the clamp that holds it; return its body.
+
+    Args:
+        document: gets the body and the clamp.
+        design: has the suspension.
+        mass: of the plate and of what is fixed to it [kg].
+    """
     stiffness, damping = design.suspension
     body = add(document.section("worldbody"), "body", name="ground", pos=(0, 0, CLAMP_HEIGHT))
     add(
@@ -51,7 +57,7 @@ def ground(document: Document, design: FrameDesign) -> Element:
         stiffness=stiffness,
         damping=damping,
     )
-    inertial(body, design.ground.mass, (0.42, 0.16, 0.02))
+    inertial(body, mass, (0.42, 0.16, 0.02))
     add(
         document.section("equality"),
         "joint",
