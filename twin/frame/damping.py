@@ -23,11 +23,18 @@ DIGITS = 8
 
 
 def clamped_linearisation(document: Document) -> Linearisation:
-    """Linearise the document's frame with its ground fast."""
+    """Linearise the document's frame with its ground fast.
+
+    Raises:
+        ModelError: the frame does not compile, for instance with a mass that is next to nothing.
+    """
     spec = mujoco.MjSpec.from_string(document.text())
     spec.delete(spec.equality("clamp"))
     spec.delete(spec.joint("ground"))
-    return linearise(spec.compile())
+    try:
+        return linearise(spec.compile())
+    except ValueError as error:
+        raise ModelError(f"FrameDesign: does not compile: {error}") from None
 
 
 def add_modal_damping(document: Document, design: FrameDesign, frame: Linearisation) -> None:
@@ -63,7 +70,7 @@ def add_modal_damping(document: Document, design: FrameDesign, frame: Linearisat
             name=f"damping_mode{mode + 1}",
             damping=_rounded(2 * ratio * omega),
         )
-        load = loads[:, mode] * np.sign(loads[np.argmax(np.abs(loads[:, mode])), mode])
+        load = _signed(loads[:, mode])
         for name, coefficient in zip(joints, load, strict=True):
             add(tendon, "joint", joint=name, coef=_rounded(coefficient))
 
@@ -74,6 +81,12 @@ def _whitened(frame: Linearisation) -> np.ndarray:
     half = np.linalg.solve(factor, frame.generalised.K)
     whole = np.linalg.solve(factor, half.T)
     return np.asarray((whole + whole.T) / 2)
+
+
+def _signed(load: np.ndarray) -> np.ndarray:
+    """Make the first large coefficient positive; the largest may be two that differ by rounding."""
+    size = np.abs(load)
+    return load * np.sign(load[np.argmax(size > size.max() / 2)])
 
 
 def _rounded(value: float) -> float:
