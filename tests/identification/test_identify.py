@@ -154,12 +154,14 @@ def test_absurd_scales_are_refused_with_the_channel(held_hit, scale):
 def test_a_single_enormous_outlier_ends_in_a_result_or_one_clear_error(held_hit):
     data = noisy(held_hit, 0.01, 0).data.copy()
     data[500, 1] = 1e6
+    message, freq = "", np.array([np.nan])
     try:
-        found = identify([Recording(32.0, held_hit.channels, data, "outlier.csv")])
+        freq = identify(
+            [Recording(32.0, held_hit.channels, data, "outlier.csv")]
+        ).modal.natural_freq
     except IdentificationError as error:
-        assert "outlier.csv" in str(error)
-    else:
-        assert np.all(np.isfinite(found.modal.natural_freq))
+        message = str(error)
+    assert "outlier.csv" in message or np.all(np.isfinite(freq))
 
 
 def test_an_unknown_input_lists_the_channels(held_hit):
