@@ -198,7 +198,10 @@ def _settle(reduced: _Reduced) -> None:
         if len(J):
             reduced.basis = linalg.null_space(J)
         if np.max(np.abs(y)) < 1e-12:
-            return
+            # No step left: rounding is all that remains, or a force that nothing resists.
+            if np.max(np.abs(force)) <= 1e-6 * max(weight, 1.0):
+                return
+            break
     raise ModelError("the model has no static equilibrium near its initial position")
 
 
