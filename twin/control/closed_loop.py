@@ -50,14 +50,14 @@ class Schedule:
 
     Attributes:
         duration_s: [s].
-        switch_s: the first instant of control [s].
+        switch_s: the first instant of control [s]; the end of the run for none.
     """
 
     duration_s: float = 64.0
     switch_s: float = 32.0
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.duration_s) and 0 <= self.switch_s < self.duration_s):
+        if not (math.isfinite(self.duration_s) and 0 <= self.switch_s <= self.duration_s):
             raise ControlError(
                 f"control must begin within the run: {self.switch_s:g} s of {self.duration_s:g} s"
             )

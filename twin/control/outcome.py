@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -138,6 +139,29 @@ class Outcome:
         with np.errstate(divide="ignore", invalid="ignore"):
             shares = 1 - on / off
         return MappingProxyType(dict(zip(self.floors, shares.tolist(), strict=True)))
+
+
+def joined(off: Outcome, on: Outcome) -> Outcome:
+    """Return two runs, each from rest, as one: control is on in the second."""
+    stacked: dict[str, Any] = {
+        name: np.concatenate([getattr(off, name), getattr(on, name)])
+        for name in (
+            "displacement",
+            "angle",
+            "excitation",
+            "measured",
+            "torque",
+            "estimated",
+            "qpos",
+        )
+    }
+    clipped = dict(off.clipped)
+    for name, count in on.clipped.items():
+        clipped[name] = clipped.get(name, 0) + count
+    switch_s = len(off.torque) / off.rate_hz
+    return replace(
+        on, switch_s=switch_s, limited=off.limited + on.limited, clipped=clipped, **stacked
+    )
 
 
 def _peak(motion: Array) -> Array:
