@@ -215,3 +215,10 @@ def test_a_motion_cannot_be_changed():
     with pytest.raises(ValueError, match="read-only"):
         motion.qpos[0] = 1
     assert motion.samples == 5
+
+
+def test_joint_positions_belong_to_the_same_samples_as_the_sensors():
+    force = np.random.default_rng(6).standard_normal(200)
+    motion = Twin.load("two_storey_lumped").simulate({"force_floor1": force}, 100, 200)
+    np.testing.assert_allclose(motion.qpos[:, 0], motion.columns["disp_floor1"], atol=1e-15)
+    np.testing.assert_allclose(motion.qpos.sum(axis=1), motion.columns["disp_floor2"], atol=1e-15)

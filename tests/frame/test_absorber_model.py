@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.signal import find_peaks
 
 from twin.errors import ModelError
 from twin.frame import FrameDesign, Pendulum, Storey
@@ -69,11 +68,11 @@ def test_a_large_swing_follows_the_equation_of_a_pendulum():
 
 
 def test_a_positive_angle_swings_the_tip_to_positive_x_and_pushes_the_floor_back():
-    twin = Twin.load("two_storey_absorber")
+    twin = Twin.of(FrameDesign(pendulum=Pendulum()))
     torque = np.zeros(100)
     torque[1:4] = 0.01
     columns = twin.simulate({"torque_pendulum": torque}, 1000, 100).columns
-    assert columns["angle_pendulum"][5] > 0
+    # With the tip's mass at a distance l below the pivot, the floor's first motion is opposite.
+    assert columns["angle_pendulum"][20] > 0
     assert columns["disp_floor2"][20] < 0
-    first, _ = find_peaks(-columns["acc_floor2"][:6])
-    assert columns["acc_floor2"][2] < 0 or len(first)
+    assert columns["acc_floor2"][2] < 0
