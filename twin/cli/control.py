@@ -185,16 +185,15 @@ def identification_of(
     recordings: list[Path] | None, plant: Plant, noise: float, seed: int, bar: Progress
 ) -> Identification:
     """Identify the frame from files, or from a virtual hammer test."""
-    from twin.control.study import hammer_tests
+    from twin.control.study import hammer_tests, identify_frame
     from twin.formats import read_recording
-    from twin.identification.identify import identify
 
     task = bar.add_task("identification", total=None)
     if recordings:
         found = [read_recording(path) for path in recordings]
     else:
         found = list(hammer_tests(plant, noise, seed))
-    identification = identify(found)
+    identification = identify_frame(found)
     bar.update(task, total=1, completed=1)
     return identification
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
@@ -21,6 +21,7 @@ from twin.control.plant import Plant, frame_frequencies
 from twin.control.weights import Covariances, Weights
 from twin.errors import ControlError
 from twin.frame import Pendulum
+from twin.identification.identify import identify
 from twin.identification.result import Identification
 from twin.instruments import Instrument
 from twin.laboratory import Earthquake, Experiment, Hammer
@@ -104,6 +105,19 @@ def hammer_tests(plant: Plant, noise: float = 0.01, seed: int = 0) -> tuple[Reco
     instruments = {kind: Instrument(noise_fraction=noise) for kind in ("acc", "force")}
     experiment = Experiment(Hammer(), at, instruments=instruments)
     return (carry_out(experiment, without_pendulum(plant.twin), seed),)
+
+
+def identify_frame(recordings: Sequence[Recording]) -> Identification:
+    """Identify the frame; where the data suggest other orders than M, K and R can have, insist.
+
+    Raises:
+        TwinError: the recordings do not allow it.
+    """
+    found = identify(recordings)
+    floors = sum(name.startswith("acc_") for name in found.outputs)
+    if found.second_order is None and found.order != 2 * floors:
+        return identify(recordings, order=2 * floors)
+    return found
 
 
 def identified_model(
