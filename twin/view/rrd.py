@@ -64,7 +64,7 @@ def _write(
         ("singular_values", figures.singular_values(result)),
         ("stabilisation", figures.stabilisation_diagram(result)),
     ):
-        stream.log(f"figures/{name}", _image(figure), static=True)
+        stream.log(f"figures/{name}", image(figure), static=True)
     stream.log(
         "parameters", rr.TextDocument(summary(result, truth), media_type="text/markdown"),
         static=True,
@@ -108,7 +108,8 @@ def _log_signals(stream: rr.RecordingStream, result: Identification) -> None:
         line(f"signals/{name}/resimulated", predicted[:, column], "re-simulated", IDENTIFIED, 1.2)
 
 
-def _image(figure: Figure) -> rr.EncodedImage:
+def image(figure: Figure) -> rr.EncodedImage:
+    """Return a figure as a picture that Rerun shows."""
     buffer = io.BytesIO()
     figure.savefig(buffer, dpi=IMAGE_DPI, format="png")
     return rr.EncodedImage(contents=buffer.getvalue(), media_type="image/png")

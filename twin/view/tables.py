@@ -127,7 +127,7 @@ def _short(value: float) -> str:
     if value == 0 or not math.isfinite(value):
         return f"{value:g}"
     decimals = 1 - math.floor(math.log10(abs(value)))
-    return f"{value:.{max(decimals, 0)}f}" if decimals <= 8 else f"{value:.1e}"
+    return f"{value:.{max(decimals, 0)}f}" if decimals <= 6 else f"{value:.1e}"
 
 
 def _signed(value: float) -> str:
