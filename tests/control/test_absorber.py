@@ -124,6 +124,11 @@ def test_a_design_model_without_what_it_needs_is_refused(coordinates, known, mes
         DesignModel(with_pendulum(frame, Pendulum()), known)
 
 
+def test_friction_of_the_hinge_damps_the_angle_alone():
+    R = with_pendulum(PAPER_FRAME, Pendulum(damping=0.003)).R
+    assert R - np.pad(PAPER_FRAME.R, ((0, 1), (0, 1))) == pytest.approx(np.diag([0, 0, 0.003]))
+
+
 def test_a_pendulum_is_not_hung_twice(paper_model):
     with pytest.raises(ControlError, match="without pendulum"):
         with_pendulum(paper_model.structure, Pendulum())

@@ -1,9 +1,11 @@
 import numpy as np
 import pytest
-from absorber_support import linear_run
+from absorber_support import linear_run, linear_states
 
 from twin.control.controller import Controller
 from twin.control.lqg import lqg
+from twin.control.riccati import gains
+from twin.control.weights import Covariances, Weights
 
 
 def gain(limit=10.0, ramp_s=0.0):
@@ -67,12 +69,26 @@ def test_a_controller_cannot_be_changed(controller):
         controller.A[0, 0] = 0.0
 
 
-def test_the_estimate_follows_the_design_model(believed):
-    """Fed with what the model itself gives, the error vanishes from the first sample on."""
-    controller = lqg(believed, delay=1.0, ramp_s=0.5)
+@pytest.mark.parametrize("delay", [0.0, 0.5, 1.0, 1.25, 2.5])
+def test_the_estimate_follows_the_design_model(believed, delay):
+    """Fed with what the model itself gives, there is no error from the first sample on."""
+    controller = lqg(believed, delay=delay, ramp_s=0.5)
     rng = np.random.default_rng(0)
     samples = np.append(0.0, rng.normal(size=64))
     force = np.interp(np.arange(257) / 4, np.arange(65), samples)
-    motion, torque, estimates = linear_run(believed, controller, force, 4, 1, 20)
+    motion, torque, estimates = linear_run(believed, controller, force, 4, delay, 20)
     assert np.abs(torque).max() > 0
     assert estimates == pytest.approx(motion[::4], abs=1e-9 * np.abs(motion).max())
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.5, 1.0, 1.25, 2.5])
+def test_the_torque_fits_the_state_at_the_instant_it_acts(believed, delay):
+    """Under a constant force, that state can be foretold exactly: u = -F z(t + delay)."""
+    settings = Weights(), Covariances()
+    controller = lqg(believed, 32.0, *settings, delay, torque_limit=1e9, ramp_s=0.0)
+    force = np.minimum(np.arange(40 * 4 + 1) / 40, 1.0)
+    states, _, _, given = linear_states(believed, controller, force, 4, delay)
+    F = gains(believed, 1 / 32, *settings).F[0]
+    late = round(4 * delay)
+    acting = np.arange(12, 36) * 4 + late
+    assert given[12:36] == pytest.approx(-states[acting] @ F, abs=1e-9 * np.abs(given).max())

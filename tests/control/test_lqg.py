@@ -1,7 +1,7 @@
 import control
 import numpy as np
 import pytest
-from scipy import signal
+from scipy import linalg, signal
 
 from twin.control.absorber import DesignModel, with_pendulum
 from twin.control.lqg import lqg
@@ -69,6 +69,23 @@ def test_the_estimators_error_has_the_covariance_it_claims(paper_model):
     ours = np.cov(error)
     scale = np.sqrt(np.outer(np.diag(found.P), np.diag(found.P)))
     assert np.abs((ours - found.P) / scale).max() < 0.12
+
+
+def test_the_estimator_is_that_of_python_control_with_the_disturbance_as_a_state(paper_model):
+    """[z, w] with w(k-1) beside z(k): nothing is correlated any more."""
+    found = gains(paper_model, DT, WEIGHTS, COVARIANCES)
+    T = np.column_stack([np.diag([0.03, 0.03, 2e-3]), 4e-3 * np.array([1.0, 0, 0])])
+    A, G = held(paper_model, T)
+    C = paper_model.continuous().C
+    direct = np.vstack([np.linalg.solve(paper_model.structure.M, T)[:2], np.zeros((1, 4))])
+    both_A = np.block([[A, np.zeros((6, 4))], [np.zeros((4, 10))]])
+    both_C = np.hstack([C, direct])
+    R = np.diag([0.05, 0.05, 2e-3]) ** 2
+    _, P, _ = control.dlqe(both_A, np.vstack([G, np.eye(4)]), both_C, np.eye(4), R)
+    L = P @ both_C.T @ np.linalg.inv(both_C @ P @ both_C.T + R)
+    assert np.allclose(found.L, L[:6], rtol=1e-5, atol=1e-7)
+    after = (np.eye(10) - L @ both_C) @ P
+    assert np.allclose(found.P, after[:6, :6], rtol=1e-4, atol=1e-6 * np.abs(found.P).max())
 
 
 def test_a_lag_of_one_sample_gives_equation_59(paper_model):
@@ -140,6 +157,13 @@ def test_a_mode_out_of_the_torques_reach_is_named():
         lqg(model)
 
 
+def test_a_rig_that_floats_cannot_be_held():
+    K = np.array([[400.0, -400.0, 0.0], [-400.0, 850.0, -450.0], [0.0, -450.0, 450.0]])
+    frame = SecondOrderModel(np.diag([3.0, 0.7, 1.6]), 1e-4 * K, K, ("ground", "floor1", "floor2"))
+    with pytest.raises(ControlError, match="the mode at 0 Hz"):
+        lqg(DesignModel(with_pendulum(frame, Pendulum()), "force_ground"))
+
+
 def test_an_unstable_design_model_that_can_be_held_is_held(paper_model):
     """A negative spring is stabilised; the message for one that cannot be is that of its mode."""
     s = paper_model.structure
@@ -149,3 +173,13 @@ def test_an_unstable_design_model_that_can_be_held_is_held(paper_model):
     assert np.abs(inverted.continuous().held(DT).poles).max() > 1
     found = gains(inverted, DT, WEIGHTS, COVARIANCES)
     assert np.abs(np.linalg.eigvals(found.A - found.B @ found.F)).max() < 1
+
+
+def test_a_solution_that_does_not_stabilise_is_not_taken(paper_model, monkeypatch):
+    s = paper_model.structure
+    inverted = SecondOrderModel(s.M, s.R, np.diag([1.0, 1, -1]) * s.K, s.coordinates)
+    monkeypatch.setattr(linalg, "solve_discrete_are", lambda A, B, *_, **__: 0 * A)
+    with pytest.raises(
+        ControlError, match=r"unstable design: the regulator has a pole of mag.* 1\."
+    ):
+        lqg(DesignModel(inverted, "force_floor1"))
