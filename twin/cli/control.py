@@ -110,7 +110,8 @@ def control_absorber(
 
     Control is off for 32 s and on for 32 s; reductions are those of (60), "steady" and "rms" over
     the last half of each. The same is done with a controller that knows the true plant. With
-    --out, DIR gets the controller as MAT, CSV and C, and the run as run.csv.
+    --out, DIR gets the controller as MAT, CSV and C, the run as run.csv, figures and a Rerun
+    recording.
     """
     from dataclasses import replace
 
@@ -119,6 +120,7 @@ def control_absorber(
     from twin.control.plant import Plant
     from twin.control.study import identified_model, judged
     from twin.model import Twin
+    from twin.view.control_report import write_control
 
     check_json_target(json)
     chosen = read_settings(settings)
@@ -150,9 +152,13 @@ def control_absorber(
     }
     show(screen, result)
     if out is not None:
-        written = (*export(controllers[0], out), write_run(outcomes[0], out / "run.csv"))
+        written = [*export(controllers[0], out), write_run(outcomes[0], out / "run.csv")]
+        written += write_control(out, outcomes[0], plant, controllers[0], believed)
         write_json(result, str(out / "control.json"))
-        screen.print(f"{len(written) + 1} files in {out}: controller.c, .mat, .csv, run.csv")
+        screen.print(
+            f"{len(written) + 1} files in {out}: controller.c, .mat, .csv, run.csv, figures; "
+            f"look at it: twin view {written[-1]}"
+        )
     write_json(result, json)
 
 
