@@ -23,17 +23,17 @@ from twin.identification.okid import okid
 Array = NDArray[np.float64]
 
 MARKOV_PARAMETERS = 400
-"""What ERA gets: our OKID's count, and the length of python-control's regression."""
+"""What ERA gets; the length of python-control's regression."""
 SPEND_S = 1.0
 NOISE = 0.01
 
 
-def twin_okid(u: Array, y: Array, p: int) -> Array:
-    return okid([(u, y)], p).markov(MARKOV_PARAMETERS)
+def twin_okid(u: Array, y: Array, p: int, count: int) -> Array:
+    return okid([(u, y)], p).markov(count)
 
 
 def twin_okid_era(u: Array, y: Array, p: int, order: int) -> Array:
-    return era(twin_okid(u, y, p)).realize(order, 1.0, u.shape[1]).A
+    return era(twin_okid(u, y, p, MARKOV_PARAMETERS)).realize(order, 1.0, u.shape[1]).A
 
 
 def twin_era(markov: Array, order: int) -> Array:
@@ -41,7 +41,10 @@ def twin_era(markov: Array, order: int) -> Array:
 
 
 METHODS = {
-    "twin OKID": lambda d: twin_okid(d["u"], d["y"], int(d["p"])),
+    "twin OKID": lambda d: twin_okid(d["u"], d["y"], int(d["p"]), int(d["p"])),
+    "twin OKID, 400 parameters": lambda d: twin_okid(
+        d["u"], d["y"], int(d["p"]), MARKOV_PARAMETERS
+    ),
     "modred OKID": lambda d: peers.modred_okid(d["u"], d["y"], int(d["p"])),
     "python-control markov": lambda d: peers.control_markov(d["u"], d["y"], MARKOV_PARAMETERS),
     "twin OKID + ERA": lambda d: twin_okid_era(d["u"], d["y"], int(d["p"]), int(d["order"])),
