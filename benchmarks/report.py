@@ -99,7 +99,9 @@ def main() -> None:
     text = readme.read_text()
     for name, block in blocks.items():
         pattern = rf"(<!-- {name} -->\n).*?(\n<!-- end of {name} -->)"
-        text, hits = re.subn(pattern, lambda m, b=block: m[1] + b + m[2], text, flags=re.DOTALL)
+        text, hits = re.subn(
+            pattern, lambda m, b=block: m[1] + "\n" + b + "\n" + m[2], text, flags=re.DOTALL
+        )
         if hits != 1:
             raise SystemExit(f"README.md has no place for {name}")
     readme.write_text(text)
