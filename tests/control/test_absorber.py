@@ -6,7 +6,7 @@ from twin.control.absorber import DesignModel, with_pendulum
 from twin.control.bare import pendulum_of, without_pendulum
 from twin.control.plant import Plant
 from twin.errors import ControlError
-from twin.frame import Pendulum
+from twin.frame import FrameDesign, Pendulum
 from twin.model import Twin
 from twin.second_order import SecondOrderModel
 
@@ -91,6 +91,13 @@ def test_the_pendulums_data_are_read_from_the_model(absorber_twin):
     found, design = pendulum_of(absorber_twin), Pendulum()
     for name in ("mass", "centre_distance", "pivot_inertia", "damping"):
         assert getattr(found, name) == pytest.approx(getattr(design, name), rel=1e-9)
+
+
+def test_the_friction_of_the_hinge_is_read_too():
+    twin = Twin.of(FrameDesign(pendulum=Pendulum(0.1, 0.07, 9e-4, "pivot", 0.002)))
+    found = pendulum_of(twin)
+    assert found.damping == pytest.approx(0.002)
+    assert found.pivot_inertia == pytest.approx(9e-4, rel=1e-6)
 
 
 def test_the_frame_without_its_pendulum_is_the_shipped_one(absorber_twin):

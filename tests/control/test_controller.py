@@ -44,10 +44,18 @@ def test_the_soft_start_rises_in_equal_steps():
     assert given == pytest.approx([0.5, 1.0, 1.5, 2.0, 2.0, 2.0])
 
 
+def test_switching_on_again_starts_softly_again():
+    steps = gain(ramp_s=0.4).start()
+    for _ in range(2):
+        steps.switch(True)
+        given = [steps.step(np.array([1.0]), 0.0) for _ in range(6)]
+        assert given[:2] == pytest.approx([0.5, 1.0])
+
+
 def test_the_torque_is_limited_remembered_as_limited_and_counted():
     steps = gain(limit=1.5).start()
     steps.switch(True)
-    assert [steps.step(np.array([y]), 0.0) for y in (1.0, -3.0, 0.5)] == [1.5, -1.5, 1.0]
+    assert [steps.step(np.array([y]), 0.0) for y in (1.0, -1.0, 0.5)] == [1.5, -1.5, 1.0]
     assert steps.limited == 2
     assert steps.estimate() == pytest.approx([1.0])
 

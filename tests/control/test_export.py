@@ -80,6 +80,9 @@ def test_the_c_file_keeps_soft_start_and_limit(library, controller):
     assert np.abs(given - expected).max() <= 1e-12 * controller.torque_limit
     compiled.switch(False)
     assert compiled.step(np.ones(3), 0.0) == 0.0
+    again = Compiled(library, controller)
+    assert not again.estimate().any()
+    assert again.step(np.ones(3), 0.0) == 0.0
 
 
 def test_the_c_file_includes_nothing(tmp_path, controller):
@@ -92,7 +95,7 @@ def test_mat_and_csv_give_every_bit_back(tmp_path, controller):
     assert {path.suffix for path in paths} == {".mat", ".csv", ".c"}
     back = io.loadmat(tmp_path / "absorber.mat")
     for name, values in matrices(controller).items():
-        assert np.array_equal(back[name], values)
+        assert np.array_equal(back[name], np.reshape(getattr(controller, name), values.shape))
         table = np.loadtxt(tmp_path / f"absorber_{name}.csv", delimiter=",", ndmin=2)
         assert np.array_equal(table, values)
     lines = (tmp_path / "absorber_settings.csv").read_text().splitlines()
