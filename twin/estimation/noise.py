@@ -12,8 +12,8 @@ from scipy import optimize
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-ROUNDING = 1e-9
-"""Smallest noise variance as a share of the response's power: 90 dB below the response no chain
+ROUNDING = 1e-7
+"""Smallest noise variance as a share of the response's power: 70 dB below the response no chain
 of instruments measures, and nothing down there is evidence for another mode."""
 
 

@@ -14,6 +14,7 @@ from twin.identification.modal_response import Hold
 from twin.identification.records import Records
 from twin.identification.spectra import Spectrum
 from twin.identification.starts import Realizations, candidate_poles
+from twin.modal import mac
 
 ComplexArray = NDArray[np.complex128]
 
@@ -21,6 +22,12 @@ HOLDS: tuple[Hold, ...] = ("band-limited", "held")
 OUT_OF_BAND = 1.02
 HEAVY = 0.5
 """A mode with more damping than this is a smooth background, not a resonance."""
+
+VAGUE = 0.01
+"""A mode whose frequency is known no better than to this share is a background, not a mode."""
+
+SAME_SHAPE = 0.99
+"""MAC above which two modes within one bandwidth are one."""
 
 PATIENCE = 2
 """Models in a row that are worse for having lost a mode before the search ends."""
@@ -64,6 +71,8 @@ def best_attempts(
         attempts = []
         for name, poles in candidate_poles(found):
             inside = poles[np.abs(poles) < OUT_OF_BAND * top]
+            if not len(inside):
+                continue
             try:
                 attempts.append(Attempt(name, inside, fit_modal(spectra, inside, hold)))
             except IdentificationError as error:
@@ -138,6 +147,17 @@ def _fewer_modes(fit: ModalFit, poles: ComplexArray, spectra: Sequence[Spectrum]
 
 
 def _impossible(fit: ModalFit, spectra: Sequence[Spectrum]) -> NDArray[np.bool_]:
+    """Modes that gain energy, are no resonances, are vague, outside the band, or repeat another."""
     p = fit.parameters
     top = max(float(s.omega[-1]) for s in spectra)
-    return np.asarray((p.zeta <= 0) | (p.zeta > HEAVY) | (p.omega > top))
+    found = np.asarray((p.zeta <= 0) | (p.zeta > HEAVY) | (p.omega > top))
+    freq_std, _ = fit.modal_std()
+    found |= freq_std > VAGUE * p.omega / (2 * np.pi)
+    damping_std = fit.modal_std(bound=True)[1]
+    alike = mac(p.psi, p.psi) > SAME_SHAPE
+    for i, j in np.argwhere(np.triu(alike, 1)):
+        # A structure that softens with amplitude shows as two modes within one bandwidth.
+        bandwidth = p.zeta[i] * p.omega[i] + p.zeta[j] * p.omega[j]
+        if abs(p.omega[i] - p.omega[j]) < abs(bandwidth):
+            found[i if damping_std[i] > damping_std[j] else j] = True
+    return found
