@@ -61,3 +61,14 @@ def test_plant_and_belief_are_two_trees_in_one_recording(study, tmp_path):
         "/log",
     ):
         assert entity in entities, sorted(entities)
+
+
+def test_the_front_marks_the_controller_that_was_picked():
+    rows = [
+        {"name": "a", "worst_reduction": 0.8, "worst_torque_nm": 0.02, "worst_swing_rad": 0.1},
+        {"name": "b", "worst_reduction": 0.9, "worst_torque_nm": 0.05, "worst_swing_rad": 0.2},
+    ]
+    axes = control_figures.front(rows, "b", {"torque_nm": 0.5, "swing_rad": 0.8}).axes
+    marked = [line for line in axes[0].lines if "picked" in str(line.get_label())]
+    assert [tuple(map(float, line.get_data())) for line in marked] == [(0.05, 90.0)]
+    assert "limit 0.8" in axes[1].get_xlabel()

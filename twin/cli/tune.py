@@ -90,6 +90,7 @@ def tune(
     )
     from twin.control.uncertainty import Uncertainty
     from twin.model import Twin
+    from twin.view import control_figures, figures
 
     check_json_target(json)
     limits = Limits(max_swing, max_torque)
@@ -118,6 +119,8 @@ def tune(
     _show(console(json), result)
     settings = writer.dumps({"settings": result["settings"]}, indent=1) + "\n"
     write_whole(target / "settings.json", lambda part: part.write_text(settings))
+    drawn = control_figures.front(result["front"], best, result["limits"])
+    figures.save(drawn, target / "front.png")
     write_json(result, str(target / "tune.json"))
     write_json(result, json)
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -87,6 +90,37 @@ def responses(controller: Controller, plant: DesignModel, delay: int) -> Figure:
     unit = "m/s²" if controller.known_input.startswith("acc") else "N"
     axes[0].set_ylabel(f"displacement [mm per {unit}]")
     axes[0].legend()
+    return figure
+
+
+def front(rows: Sequence[Mapping[str, Any]], picked: str, limits: Mapping[str, float]) -> Figure:
+    """Draw the front of a search: steady reduction against torque and against swing.
+
+    Args:
+        rows: of the front, with name, worst_reduction, worst_torque_nm and worst_swing_rad.
+        picked: name of the controller that was picked.
+        limits: torque_nm and swing_rad that were set.
+    """
+    figure = Figure(figsize=(9, 4), layout="constrained")
+    axes = figure.subplots(1, 2, sharey=True)
+    ordered = sorted(rows, key=lambda row: float(row["worst_reduction"]))
+    reduction = [100 * float(row["worst_reduction"]) for row in ordered]
+    chosen = next(row for row in ordered if row["name"] == picked)
+    for ax, key, limit, label in (
+        (axes[0], "worst_torque_nm", limits["torque_nm"], "peak torque [N m]"),
+        (axes[1], "worst_swing_rad", limits["swing_rad"], "peak swing [rad]"),
+    ):
+        effort = [float(row[key]) for row in ordered]
+        ax.plot(effort, reduction, "o", color=MEASURED, label="front")
+        ax.plot(
+            [float(chosen[key])], [100 * float(chosen["worst_reduction"])], "o", ms=11, mfc="none",
+            mew=2, color=IDENTIFIED, label=f"picked, trial {picked}",
+        )  # fmt: skip
+        ax.set_xlabel(f"{label}, limit {limit:g}")
+        ax.set_xlim(left=0)
+        ax.grid(alpha=0.3)
+    axes[0].set_ylabel("steady reduction at the\nless calmed floor [%]")
+    axes[0].legend(loc="lower right")
     return figure
 
 
