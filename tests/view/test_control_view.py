@@ -70,5 +70,5 @@ def test_the_front_marks_the_controller_that_was_picked():
     ]
     axes = control_figures.front(rows, "b", {"torque_nm": 0.5, "swing_rad": 0.8}).axes
     marked = [line for line in axes[0].lines if "picked" in str(line.get_label())]
-    assert [tuple(map(float, line.get_data())) for line in marked] == [(0.05, 90.0)]
+    assert [line.get_xydata().tolist() for line in marked] == [[[0.05, 90.0]]]
     assert "limit 0.8" in axes[1].get_xlabel()
