@@ -1,0 +1,84 @@
+"""Something that hangs on a floor and swings by itself: a cable tray, a pipe, a loose panel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import mujoco
+import numpy as np
+
+from twin.parameter import Parameter
+from twin.physics.edits import body_of
+from twin.physics.mechanism import StructuralChange, Surroundings, floor_vector
+from twin.second_order import SecondOrderModel
+
+
+@dataclass(frozen=True)
+class Appendage(StructuralChange):
+    """A mass on a spring and a dashpot; adds the coordinate "appendage_floorI", absolute [m].
+
+    Source: the tuned mass of Den Hartog 1934, chapter 3, tuned by nobody.
+    """
+
+    name: ClassVar[str] = "appendage"
+    verdict: ClassVar = "missing_physics"
+    where: ClassVar = "floor"
+    parameters: ClassVar = {
+        "mass": Parameter("kg", "mass that swings", "log"),
+        "frequency": Parameter("Hz", "its own, the floor held fast", "log"),
+        "damping_ratio": Parameter("1", "its own, the floor held fast", "log"),
+    }
+    reference: ClassVar[str] = "Den Hartog 1934, Mechanical Vibrations"
+    stage: ClassVar[int] = 2
+
+    mass: float = 0.0
+    frequency: float = 1.0
+    damping_ratio: float = 0.01
+
+    @property
+    def stiffness(self) -> float:
+        """Of the spring [N/m]."""
+        return (2 * np.pi * self.frequency) ** 2 * self.mass
+
+    @property
+    def damping(self) -> float:
+        """Of the dashpot [N s/m]."""
+        return 4 * np.pi * self.frequency * self.damping_ratio * self.mass
+
+    def edit(self, model: SecondOrderModel) -> SecondOrderModel:
+        """Return the matrices with one more coordinate, the last."""
+        b = np.append(-floor_vector(model, self.place), 1.0)
+        own = np.zeros(len(b))
+        own[-1] = 1.0
+        M, R, K = (np.pad(matrix, (0, 1)) for matrix in (model.M, model.R, model.K))
+        return SecondOrderModel(
+            M + self.mass * np.outer(own, own),
+            R + self.damping * np.outer(b, b),
+            K + self.stiffness * np.outer(b, b),
+            (*model.coordinates, f"{self.name}_{self.place}"),
+        )
+
+    def apply(self, spec: mujoco.MjSpec) -> None:
+        """Add a body on a slide; floors do not rotate, so its inertia is of no account."""
+        floor = body_of(spec, self.place)
+        if not self.mass:
+            return
+        label = f"{self.name}_{self.place}"
+        body = floor.add_body(name=label, mass=self.mass, inertia=[1e-4 * self.mass] * 3)
+        body.explicitinertial = True
+        joint = body.add_joint(name=label, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[1, 0, 0])
+        joint.stiffness = [self.stiffness, 0.0, 0.0]
+        joint.damping = [self.damping, 0.0, 0.0]
+
+    @classmethod
+    def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:
+        """Return light ones, tuned to and between the frame's frequencies."""
+        own = np.sort(np.asarray(around.natural_frequencies, float))
+        between = np.sqrt(own[1:] * own[:-1])
+        tuned = np.concatenate([own[:4], between[:3]]) if len(own) else np.array([1.0])
+        return tuple(
+            cls(place, share * around.mass, float(frequency), 0.02)
+            for frequency in tuned
+            for share in (0.01, 0.1)
+        )

@@ -1,0 +1,52 @@
+"""Dry friction in a storey: a joint that slips, a cable that rubs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import mujoco
+import numpy as np
+
+from twin.parameter import Parameter
+from twin.physics.edits import add_drift_tendon, add_friction
+from twin.physics.mechanism import Array, Law, Surroundings
+from twin.physics.scales import rms
+
+
+@dataclass(frozen=True)
+class CoulombFriction(Law):
+    """f = F sign(v); as mathematics F tanh(v / regular_rate).
+
+    Attributes:
+        sliding_force: F, the parameter ``force`` [N].
+        regular_rate: rate below which the force falls off [m/s]; not fitted.
+
+    Source: Coulomb 1785; on a frame, Marino and Cicirello 2023.
+    """
+
+    name: ClassVar[str] = "coulomb_friction"
+    verdict: ClassVar = "missing_physics"
+    where: ClassVar = "storey"
+    parameters: ClassVar = {"force": Parameter("N", "F in f = F sign(v)", "log")}
+    fields_of: ClassVar = {"force": "sliding_force"}
+    reference: ClassVar[str] = "Coulomb 1785; Marino and Cicirello 2023"
+    abrupt: ClassVar[bool] = True
+
+    sliding_force: float = 0.0
+    regular_rate: float = 1e-4
+
+    def force(self, drift: Array, rate: Array, memory: Array, time: Array) -> Array:
+        """Return F tanh(v / regular_rate) [N]."""
+        return self.sliding_force * np.tanh(rate / self.regular_rate)
+
+    def apply(self, spec: mujoco.MjSpec) -> None:
+        """Add a tendon along the drift with dry friction: it sticks as the ideal law does."""
+        add_friction(add_drift_tendon(spec, self.place, self.name), self.sliding_force)
+
+    @classmethod
+    def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:
+        """Return shares of the storey's force at the RMS drift, from a hair to a tenth."""
+        scale = around.stiffness * rms(around.drift)
+        slow = 0.01 * rms(around.rate)
+        return tuple(cls(place, share * scale, slow) for share in (1e-3, 3e-3, 1e-2, 3e-2, 0.1))

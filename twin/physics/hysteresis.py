@@ -1,0 +1,96 @@
+"""Slip that remembers: bolted joints and braces that yield."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import mujoco
+import numpy as np
+
+from twin.parameter import Parameter
+from twin.physics.edits import add_drift_tendon
+from twin.physics.mechanism import Array, Law, Surroundings
+from twin.physics.scales import rms
+from twin.physics.sliders import as_sliders
+
+SUBSTEPS = 4
+"""Steps of the memory from one drift to the next."""
+
+
+@dataclass(frozen=True)
+class Hysteresis(Law):
+    """f = z - replaced d, with z' = stiffness v (1 - |z/yield_force|^sharpness (1 + sign(v z))/2).
+
+    The memory is z [N]. It loads along a curve that is the rounder the less the sharpness, and
+    unloads along a straight line; a sharpness beyond eight is an ideal elasto-plastic slider. With
+    ``replaced`` = ``stiffness`` the storey's own stiffness slips.
+
+    Source: Bouc 1967, Wen 1976 (beta = gamma = 1/2); a slider, Jenkins 1962.
+    """
+
+    name: ClassVar[str] = "hysteresis"
+    verdict: ClassVar = "missing_physics"
+    where: ClassVar = "storey"
+    parameters: ClassVar = {
+        "stiffness": Parameter("N/m", "before it slips", "log"),
+        "yield_force": Parameter("N", "at which it slips", "log"),
+        "sharpness": Parameter("1", "of the bend from one to the other", "log"),
+        "replaced": Parameter("N/m", "of the storey's own stiffness that slips"),
+    }
+    reference: ClassVar[str] = "Bouc 1967; Wen 1976; Jenkins 1962"
+    mjcf: ClassVar[str] = (
+        "the loop is that of elasto-plastic sliders in parallel, fitted to the curve of first "
+        "loading: exact for a sharpness of 8 and more, its shape approximated below"
+    )
+    memory: ClassVar[int] = 1
+    abrupt: ClassVar[bool] = True
+
+    stiffness: float = 0.0
+    yield_force: float = 1.0
+    sharpness: float = 2.0
+    replaced: float = 0.0
+
+    def scaled(self, factor: float) -> Self:
+        """Return a joint that carries ``factor`` times as much at the same drifts."""
+        return self._times(factor, "stiffness", "yield_force", "replaced")
+
+    def force(self, drift: Array, rate: Array, memory: Array, time: Array) -> Array:
+        """Return z - replaced d [N]."""
+        return memory - self.replaced * drift
+
+    def remember(self, memory: Array, before: Array, after: Array) -> Array:
+        """Return z after the drift went from ``before`` to ``after``, by midpoint steps."""
+        step = (after - before) / SUBSTEPS
+        z = np.clip(memory, -self.yield_force, self.yield_force)
+        for _ in range(SUBSTEPS):
+            middle = z + 0.5 * step * self._slope(z, step)
+            middle = np.clip(middle, -self.yield_force, self.yield_force)
+            z = np.clip(z + step * self._slope(middle, step), -self.yield_force, self.yield_force)
+        return np.asarray(z)
+
+    def _slope(self, z: Array, step: Array) -> Array:
+        """dz/dd [N/m]."""
+        loading = 0.5 + 0.5 * np.sign(step * z)
+        slope = 1 - np.abs(z / self.yield_force) ** self.sharpness * loading
+        return np.asarray(self.stiffness * slope)
+
+    def apply(self, spec: mujoco.MjSpec) -> None:
+        """Add elasto-plastic tendons along the drift, and one that takes stiffness away."""
+        if self.stiffness:
+            sliders = as_sliders(self.stiffness, self.yield_force, self.sharpness)
+            for number, (stiffness, yield_force) in enumerate(sliders, start=1):
+                slider = add_drift_tendon(spec, self.place, f"{self.name}_{number}")
+                slider.stiffness = [stiffness, 0.0, 0.0]
+                slider.springyield = yield_force / stiffness  # as a drift
+        less = add_drift_tendon(spec, self.place, self.name)
+        less.stiffness = [-self.replaced, 0.0, 0.0]
+
+    @classmethod
+    def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:
+        """Return joints that carry some or most of the storey and slip at small to large drifts."""
+        return tuple(
+            cls(place, k, k * part * rms(around.drift), 2.0, k)
+            for k in (0.15 * around.stiffness, 0.6 * around.stiffness)
+            for part in (0.15, 0.4, 0.8, 1.5)
+        )

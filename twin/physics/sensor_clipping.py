@@ -1,0 +1,47 @@
+"""A channel whose range is too small."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+
+from twin.parameter import Parameter
+from twin.physics.mechanism import Array, ChannelFault, Surroundings
+from twin.physics.scales import peak
+
+
+@dataclass(frozen=True)
+class SensorClipping(ChannelFault):
+    """Recorded = true, held within plus and minus ``level``; it cannot be undone.
+
+    Source: censored observations, Tobin 1958.
+    """
+
+    name: ClassVar[str] = "sensor_clipping"
+    verdict: ClassVar = "measurement"
+    where: ClassVar = "channel"
+    parameters: ClassVar = {"level": Parameter("the channel's", "end of its range", "log")}
+    reference: ClassVar[str] = "Tobin 1958"
+    mjcf: ClassVar[str] = "a channel's fault is not part of the model"
+
+    level: float = np.inf
+
+    def scaled(self, factor: float) -> Self:
+        """Return a range ``factor`` times as small."""
+        return self._times(1 / factor, "level")
+
+    def distort(self, columns: Mapping[str, Array], rate_hz: float) -> dict[str, Array]:
+        """Return the channels, clipped."""
+        return self._change(columns, lambda x: np.clip(x, -self.level, self.level))
+
+    def limit(self) -> float:
+        """Return the level."""
+        return self.level
+
+    @classmethod
+    def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:
+        """Return the largest reading: a channel that clips has reached its end."""
+        return (cls(place, peak(around.reading)),)
