@@ -1,0 +1,118 @@
+"""From the rig's motion to the recording, in the physical order: sensor, filter, sampler, noise.
+
+A sensor's fault acts on the accelerometer's own signal: gain, polarity, clipping, high pass and
+delay come before the anti-alias filter, and clipping before the noise. Swapped cables come last.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.signal import butter, firwin, lfilter, sosfilt
+
+from twin.recording import Recording
+
+from .mechanisms import Mechanism
+from .plans import FINE, FINE_HZ, SAMPLING_HZ, Test
+from .rig import Array
+
+CUTOFF = 0.4
+"""Corner of the anti-alias filter, as a share of the sampling rate."""
+
+TAPS = 513
+
+
+@dataclass(frozen=True)
+class Chain:
+    """How a rig is measured.
+
+    Attributes:
+        style: "filtered": force made at the fine rate, force and accelerations through the same
+            anti-alias filter; "linear": force linear between its samples, nothing filtered.
+        order: of the Butterworth filter; 0 for a linear-phase FIR filter.
+        noise: standard deviation of the white noise, as a share of each channel's RMS.
+    """
+
+    style: str
+    order: int
+    noise: float
+
+    @classmethod
+    def draw(cls, rng: np.random.Generator, low: float = 0.003, high: float = 0.02) -> Chain:
+        """Draw a style (three in four filtered), a filter and the noise."""
+        style = "filtered" if rng.random() < 0.75 else "linear"
+        order = int(rng.choice([0, 6, 7, 8]))
+        return cls(style, order, float(np.exp(rng.uniform(np.log(low), np.log(high)))))
+
+    @property
+    def fine(self) -> bool:
+        """True when the force is made on the integrator's grid."""
+        return self.style == "filtered"
+
+    def sampled(self, signals: Array) -> Array:
+        """Filter and decimate signals on the integrator's grid, (samples, channels)."""
+        if self.fine and self.order:
+            corner = CUTOFF * SAMPLING_HZ
+            sections = butter(self.order, corner, fs=FINE_HZ, output="sos")
+            signals = sosfilt(sections, signals, axis=0)
+        elif self.fine:
+            taps = firwin(TAPS, 0.45 * SAMPLING_HZ, window=("kaiser", 6.0), fs=FINE_HZ)
+            signals = lfilter(taps, 1.0, signals, axis=0)
+        return signals[::FINE]
+
+
+def at_sensor(accelerations: Array, mechanism: Mechanism, rate: float = FINE_HZ) -> Array:
+    """Return what the accelerometers give at a rate [Hz], the mechanism's fault included."""
+    if not mechanism.in_sensor or not mechanism.location.startswith("acc_"):
+        return accelerations
+    given = accelerations.copy()
+    if mechanism.name == "sensor_swap":
+        one, other = (int(channel[-1]) - 1 for channel in mechanism.location.split("+"))
+        given[:, [one, other]] = given[:, [other, one]]
+        return given
+    signal = given[:, mechanism.index]
+    if mechanism.name == "sensor_gain":
+        signal = mechanism["gain"] * signal
+    elif mechanism.name == "sensor_polarity":
+        signal = -signal
+    elif mechanism.name == "sensor_clipping":
+        signal = np.clip(signal, -mechanism["level"], mechanism["level"])
+    elif mechanism.name == "sensor_highpass":
+        signal = highpass(signal, mechanism["corner"], rate)
+    elif mechanism.name == "sensor_delay":
+        signal = delayed(signal, mechanism["delay"], rate)
+    given[:, mechanism.index] = signal
+    return given
+
+
+def highpass(signal: Array, corner: float, rate: float, inverse: bool = False) -> Array:
+    """First-order high pass [Hz] from rest, or its inverse."""
+    b, a = butter(1, corner, btype="high", fs=rate)
+    return np.asarray(lfilter(a, b, signal) if inverse else lfilter(b, a, signal))
+
+
+def delayed(signal: Array, delay: float, rate: float) -> Array:
+    """Return the signal later by a delay [s] (earlier if negative), its end value held."""
+    time = np.arange(len(signal)) / rate
+    return np.asarray(CubicSpline(time, signal)(np.clip(time - delay, 0.0, time[-1])))
+
+
+def measure(
+    chain: Chain, test: Test, forces: Array, accelerations: Array, mechanism: Mechanism,
+    rng: np.random.Generator,
+) -> Recording:  # fmt: skip
+    """Return the recording of a test: the driven floor's force and every floor's acceleration."""
+    force = forces[:, test.floor - 1]
+    name = f"force_floor{test.floor}"
+    if mechanism.name == "sensor_gain" and mechanism.location == name:
+        force = mechanism["gain"] * force
+    both = np.column_stack([force, at_sensor(accelerations, mechanism)])
+    sampled = chain.sampled(both)
+    deviation = chain.noise * np.sqrt(np.mean(sampled**2, axis=0))
+    noisy = sampled + deviation * rng.standard_normal(sampled.shape)
+    names = [name, *(f"acc_floor{i + 1}" for i in range(accelerations.shape[1]))]
+    columns: dict[str, Any] = dict(zip(names, noisy.T, strict=True))
+    return Recording.build(SAMPLING_HZ, columns, test.name)

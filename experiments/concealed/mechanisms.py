@@ -1,0 +1,176 @@
+"""What can be concealed, where, and how it enters the rig's equations."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from . import laws
+from .rig import Array, Rig, System, enlarged, linear_system
+
+STOREY = (
+    "stiffness", "damping", "coulomb_friction", "cubic_stiffness", "quadratic_stiffness", "bumper",
+    "clearance", "hysteresis", "stiffness_drift",
+)  # fmt: skip
+FLOOR = ("mass", "quadratic_drag", "appendage", "unmeasured_force")
+GROUND = ("base_compliance", "unmeasured_force")
+SENSOR = ("sensor_gain", "sensor_delay", "sensor_polarity", "sensor_clipping", "sensor_highpass")
+
+MAIN = {
+    "stiffness": "change", "damping": "change", "mass": "change", "coulomb_friction": "force",
+    "cubic_stiffness": "stiffness", "quadratic_stiffness": "stiffness", "bumper": "gap",
+    "clearance": "gap", "hysteresis": "yield_force", "stiffness_drift": "rate",
+    "quadratic_drag": "coefficient", "appendage": "mass", "base_compliance": "stiffness",
+    "unmeasured_force": "rms", "sensor_gain": "gain", "sensor_delay": "delay",
+    "sensor_clipping": "level", "sensor_highpass": "corner",
+}  # fmt: skip
+"""The parameter that stands for the strength; a swap and a polarity have none."""
+
+VERDICT = {
+    "none": "consistent", "stiffness": "parameter", "damping": "parameter", "mass": "parameter",
+    "sensor_gain": "measurement", "sensor_delay": "measurement", "sensor_polarity": "measurement",
+    "sensor_clipping": "measurement", "sensor_highpass": "measurement",
+    "sensor_swap": "measurement",
+}  # fmt: skip
+"""The verdict that belongs to a mechanism; missing physics where it is not listed."""
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """One effect at one place.
+
+    Attributes:
+        name: of the vocabulary; "none" for nothing.
+        location: storey, floor, ground or channel.
+        parameters: SI units.
+        form: which of several laws of that name, or of several waveforms.
+    """
+
+    name: str = "none"
+    location: str = ""
+    parameters: tuple[tuple[str, float], ...] = ()
+    form: str = ""
+
+    def __getitem__(self, parameter: str) -> float:
+        return dict(self.parameters)[parameter]
+
+    @property
+    def index(self) -> int:
+        """Storey or floor, from 0; -1 for the ground."""
+        return int(self.location[-1]) - 1 if self.location[-1:].isdigit() else -1
+
+    @property
+    def in_sensor(self) -> bool:
+        """True for a fault of the measurement."""
+        return self.name.startswith("sensor_")
+
+    def as_json(self) -> dict[str, Any]:
+        """Return plain types."""
+        return {**asdict(self), "parameters": dict(self.parameters)}
+
+    @classmethod
+    def from_json(cls, entry: dict[str, Any]) -> Mechanism:
+        """Undo ``as_json``."""
+        parameters = tuple(entry["parameters"].items())
+        return cls(entry["name"], entry["location"], parameters, entry["form"])
+
+
+def places(storeys: int) -> tuple[tuple[str, str], ...]:
+    """Return every (mechanism, location) that a frame of that many storeys has."""
+    numbers = range(1, storeys + 1)
+    accelerometers = [f"acc_floor{i}" for i in numbers]
+    found = [(name, f"storey{i}") for name in STOREY for i in numbers]
+    found += [(name, f"floor{i}") for name in FLOOR for i in numbers]
+    found += [(name, "ground") for name in GROUND]
+    found += [(name, channel) for name in SENSOR for channel in accelerometers]
+    found += [("sensor_gain", f"force_floor{i}") for i in numbers]
+    found += [
+        ("sensor_swap", f"{a}+{b}") for k, a in enumerate(accelerometers)
+        for b in accelerometers[k + 1 :]
+    ]  # fmt: skip
+    return tuple(found)
+
+
+def build(rig: Rig, mechanism: Mechanism) -> System:
+    """Return the rig with the mechanism built in; a sensor's fault leaves the motion alone."""
+    system = linear_system(rig)
+    name = mechanism.name
+    if name in ("stiffness", "damping"):
+        row = rig.drifts[mechanism.index]
+        added = mechanism["change"] * np.outer(row, row)
+        return system._replace(**{name: getattr(system, name) + added})
+    if name == "mass":
+        added = mechanism["change"] * (np.arange(rig.storeys) == mechanism.index)
+        return system._replace(mass=system.mass + added)
+    if name == "appendage":
+        return _with_appendage(system, mechanism)
+    if name == "base_compliance":
+        return _on_soft_ground(rig, system, mechanism)
+    code, parameters = _law(rig, mechanism)
+    if code == laws.LINEAR:
+        return system
+    top, bottom = mechanism.index, -1 if code == laws.DRAG else mechanism.index - 1
+    padded = np.zeros(3)
+    padded[: len(parameters)] = parameters
+    return system._replace(law=code, parameters=padded, top=top, bottom=bottom)
+
+
+def _law(rig: Rig, mechanism: Mechanism) -> tuple[int, list[float]]:
+    """Return the code and the parameters of the law, LINEAR where there is none."""
+    m = mechanism
+    if m.name == "coulomb_friction":
+        return laws.COULOMB, [m["force"]]
+    if m.name == "cubic_stiffness":
+        return laws.POLYNOMIAL, [0.0, m["stiffness"]]
+    if m.name == "quadratic_stiffness":
+        return laws.POLYNOMIAL, [m["stiffness"], 0.0]
+    if m.name == "bumper":
+        return laws.BUMPER, [m["gap"], m["stiffness"]]
+    if m.name == "clearance":
+        return laws.CLEARANCE, [m["gap"], m["stiffness"]]
+    if m.name == "hysteresis":
+        slope = [m["stiffness"], m["yield_force"]]
+        if m.form == "jenkins":
+            return laws.JENKINS, slope
+        return laws.BOUC_WEN, [*slope, 2.0 if m.form == "bouc_wen_2" else 1.0]
+    if m.name == "stiffness_drift":
+        return laws.DRIFTING, [rig.stiffnesses[m.index], m["rate"]]
+    if m.name == "quadratic_drag":
+        return laws.DRAG, [m["coefficient"]]
+    return laws.LINEAR, []
+
+
+def _with_appendage(system: System, m: Mechanism) -> System:
+    """Return the system with a small oscillator on a floor."""
+    mass, omega = m["mass"], 2 * np.pi * m["frequency"]
+    floor = np.eye(len(system.mass) + 1)[m.index]
+    column = np.eye(len(system.mass) + 1)[-1] - floor
+    spring, dashpot = mass * omega**2, 2 * m["damping_ratio"] * mass * omega
+    larger = enlarged(system, mass, np.array([spring * column, dashpot * column, 0 * column]))
+    return larger._replace(
+        stiffness=larger.stiffness + spring * np.outer(floor, floor),
+        damping=larger.damping + dashpot * np.outer(floor, floor),
+    )
+
+
+def _on_soft_ground(rig: Rig, system: System, m: Mechanism) -> System:
+    """Return the rig on a ground that moves; damping stays that of the drifts."""
+    n = rig.storeys
+    ones = np.ones(n)
+    columns = np.zeros((3, n + 1))
+    for row, matrix, own in ((0, system.stiffness, "stiffness"), (1, system.damping, "damping")):
+        columns[row, :n] = -matrix @ ones
+        columns[row, n] = ones @ matrix @ ones + m[own]
+    return enlarged(system, rig.ground_mass, columns)
+
+
+def unmeasured(rig: Rig, m: Mechanism, waveform: Array) -> Array:
+    """Return the unmeasured forces on the floors [N], (samples, floors).
+
+    A ground acceleration acts as -m a on every floor; what accelerometers on the floors see of
+    it besides, is ``waveform`` itself and is added by the caller.
+    """
+    share = -np.array(rig.masses) if m.location == "ground" else np.eye(rig.storeys)[m.index]
+    return np.outer(waveform, share)

@@ -1,0 +1,106 @@
+"""Concealed cases: same seed, same bytes; physical, visible, sealed."""
+
+import json
+
+import numpy as np
+import pytest
+
+pytest.importorskip("experiments.concealed", reason="experiments/ is not beside the tests")
+from experiments.concealed import case as cases
+from experiments.concealed.case import from_truth, generate, motion, pair_of
+from experiments.concealed.chain import at_sensor, delayed, highpass
+from experiments.concealed.mechanisms import Mechanism, places
+from experiments.concealed.seal import open_seal, write_manifest
+from twin.errors import TwinError
+from twin.formats import read_recording
+
+FILES = [*(f"train_{i}.csv" for i in range(1, 5)), "test_1.csv", "test_2.csv"]
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("case")
+    return folder, generate(4, 1, folder, folder / "sealed")
+
+
+def test_the_same_seed_gives_the_same_bytes(made, tmp_path):
+    folder, digest = made
+    assert generate(4, 1, tmp_path, tmp_path / "sealed") == digest
+    for name in FILES:
+        path = f"case_0004/{name}"
+        assert (folder / path).read_bytes() == (tmp_path / path).read_bytes()
+
+
+def test_six_recordings_and_nothing_else_lie_where_a_diagnosis_reads(made):
+    folder, _ = made
+    assert sorted(p.name for p in (folder / "case_0004").iterdir()) == sorted(FILES)
+    for name in FILES:
+        recording = read_recording(folder / "case_0004" / name)
+        assert recording.sampling_hz == pytest.approx(256)
+        assert 24 <= recording.duration_s <= 30
+        assert len(recording.inputs) == 1
+        assert recording.outputs == ("acc_floor1", "acc_floor2")
+
+
+def test_the_recordings_are_the_rigs_motion_with_the_stated_noise(made):
+    folder, digest = made
+    truth = open_seal(folder / "sealed" / "case_0004.json", digest)
+    assert (truth["mechanism"], truth["location"]) == pair_of(4, 1)
+    case = from_truth(truth)
+    assert truth == case.truth(4, 1)
+    forces, seen, _ = motion(case, case.plan[0])
+    both = np.column_stack([forces[:, case.plan[0].floor - 1], at_sensor(seen, case.mechanism)])
+    exact = case.chain.sampled(both)
+    noise = read_recording(folder / "case_0004" / "train_1.csv").data - exact
+    share = noise.std(axis=0) / np.sqrt(np.mean(exact**2, axis=0))
+    assert share == pytest.approx(np.full(3, truth["noise"]), rel=0.05)
+
+
+def test_a_touched_truth_is_refused(made, tmp_path):
+    folder, digest = made
+    write_manifest(tmp_path, {"case_0004": digest})
+    assert json.loads((tmp_path / "manifest.json").read_text()) == {"case_0004": digest}
+    copy = tmp_path / "case_0004.json"
+    copy.write_bytes((folder / "sealed" / "case_0004.json").read_bytes().replace(b"1", b"2", 1))
+    with pytest.raises(TwinError, match="the seal is broken"):
+        open_seal(copy, digest)
+    with pytest.raises(TwinError, match="cannot read this truth"):
+        open_seal(tmp_path / "case_0005.json", digest)
+
+
+def test_each_round_goes_through_every_place_once():
+    pairs = places(2)
+    for first in (1, 1 + len(pairs)):
+        assert {pair_of(first + i, 9) for i in range(len(pairs))} == set(pairs)
+    assert [pair_of(i, 9) for i in range(1, 42)] != [pair_of(i, 10) for i in range(1, 42)]
+
+
+@pytest.mark.parametrize("pair", places(2)[::4])
+def test_strengths_are_visible_and_physical(pair):
+    case = cases.draw_case(np.random.default_rng(5), "case", pair)
+    assert case.effect > cases.VISIBLE * case.chain.noise
+    training = [test for test in case.plan if test.name.startswith("train")]
+    assert {test.floor for test in training} == {1, 2}
+    assert len({round(test.level, 6) for test in training}) == 4
+    assert {test.kind for test in case.plan[4:]} == {"hammer", "random"}
+
+
+def test_faults_of_a_sensor_touch_their_channel_only():
+    time = np.arange(4096) / 4096
+    clean = np.column_stack([np.sin(2 * np.pi * 3 * time), np.cos(2 * np.pi * 2 * time)])
+
+    def given(name, location="acc_floor2", **parameters):
+        fault = Mechanism(name, location, tuple(parameters.items()))
+        return at_sensor(clean, fault)
+
+    for name, parameters in {
+        "sensor_gain": {"gain": 0.9}, "sensor_polarity": {}, "sensor_clipping": {"level": 0.5},
+        "sensor_highpass": {"corner": 1.0}, "sensor_delay": {"delay": 0.01},
+    }.items():  # fmt: skip
+        assert np.array_equal(given(name, **parameters)[:, 0], clean[:, 0])
+        assert not np.allclose(given(name, **parameters)[:, 1], clean[:, 1])
+    assert np.array_equal(given("sensor_swap", "acc_floor1+acc_floor2"), clean[:, ::-1])
+    late = delayed(clean[:, 0], 0.01, 4096)
+    assert late[100:] == pytest.approx(np.sin(2 * np.pi * 3 * (time[100:] - 0.01)), abs=1e-9)
+    back = highpass(highpass(clean[:, 1], 1.0, 4096), 1.0, 4096, inverse=True)
+    assert back == pytest.approx(clean[:, 1], abs=1e-9)
