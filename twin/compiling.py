@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import mujoco
@@ -9,6 +10,8 @@ import mujoco
 from twin.contract import names_in
 from twin.errors import ModelError, available
 from twin.model_files import shipped_names
+from twin.physics.mechanism import Mechanism
+from twin.physics.replay import in_words, replay
 
 GROUND_DRIVE = "ground acceleration"
 """The actuator that prescribes the ground's acceleration; the contract has no such name."""
@@ -72,9 +75,24 @@ def joints(mjcf: str, source: str) -> tuple[str, ...]:
     return names_in(as_written(mjcf, source))["joint"]
 
 
-def structure(mjcf: str, source: str, clamped: bool) -> mujoco.MjModel:
-    """Compile with the ground fast or free."""
-    return _compiled(_structured(mjcf, source, clamped), source)
+def structure(
+    mjcf: str, source: str, clamped: bool, mechanisms: Iterable[Mechanism] = ()
+) -> mujoco.MjModel:
+    """Compile with the ground fast or free, and with mechanisms."""
+    spec = _structured(mjcf, source, clamped)
+    replay(spec, mechanisms)
+    return _compiled(spec, source)
+
+
+def exported(mjcf: str, source: str, clamped: bool, mechanisms: Iterable[Mechanism]) -> str:
+    """Return MJCF text of all digits with mechanisms; a fast ground stays in its clamp."""
+    spec = _spec(mjcf, source) if clamped else _structured(mjcf, source, clamped)
+    replay(spec, mechanisms)
+    spec.compiler.savecompiled = False  # else numbers keep six digits
+    _compiled(spec.copy(), source)
+    head, line, rest = spec.to_xml().partition("\n")
+    comment = in_words(mechanisms).replace("--", "- -")
+    return f"{head}{line}  <!--\n{comment}\n  -->\n{rest}" if comment else head + line + rest
 
 
 def _structured(mjcf: str, source: str, clamped: bool) -> mujoco.MjSpec:
@@ -86,14 +104,21 @@ def _structured(mjcf: str, source: str, clamped: bool) -> mujoco.MjSpec:
     joint = spec.joint("ground")
     if clamped and joint is not None:
         spec.delete(joint)
-        try:
-            spec.copy().compile()
-        except ValueError:
-            # An actuator or a sensor needs the joint: let the clamp hold it.
+        if not _complete(spec):
+            # An actuator, a sensor or a tendon needs the joint: let the clamp hold it.
             spec = _spec(mjcf, source)
             if spec.equality("clamp") is None:
                 _add_clamp(spec)
     return spec
+
+
+def _complete(spec: mujoco.MjSpec) -> bool:
+    """Whether nothing refers to what was deleted; a copy drops tendons that do."""
+    try:
+        compiled = spec.copy().compile()
+    except ValueError:
+        return False
+    return bool(compiled.ntendon == len(spec.tendons))
 
 
 def _add_clamp(spec: mujoco.MjSpec) -> None:
@@ -106,7 +131,13 @@ def _add_clamp(spec: mujoco.MjSpec) -> None:
     clamp.solimp = [0.9999, 0.9999, 0.001, 0.5, 2]
 
 
-def driven(mjcf: str, source: str, clamped: bool, ground_driven: bool) -> mujoco.MjModel:
+def driven(
+    mjcf: str,
+    source: str,
+    clamped: bool,
+    ground_driven: bool,
+    mechanisms: Iterable[Mechanism] = (),
+) -> mujoco.MjModel:
     """Compile for a simulation: inputs become integrators, so that they are linear between samples.
 
     The control of every actuator is then the slope of its input [1/s]. The integrator is RK4
@@ -117,6 +148,7 @@ def driven(mjcf: str, source: str, clamped: bool, ground_driven: bool) -> mujoco
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_RK4
     if ground_driven:
         _drive_ground(spec, source)
+    replay(spec, mechanisms)
     for actuator in spec.actuators:
         if actuator.dyntype != mujoco.mjtDyn.mjDYN_NONE:
             continue

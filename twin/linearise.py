@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from twin.arrays import frozen
-from twin.contract import floors_of, pendulum_dof
+from twin.contract import floors_of, names_in, pendulum_dof
 from twin.errors import ModelError
 from twin.modal import ModalModel
 from twin.second_order import SecondOrderModel
@@ -33,7 +33,8 @@ class Linearisation:
 
     Attributes:
         generalised: M, R, K in the generalised coordinates y ("y1", "y2", ...), (n, n).
-        places: what the rows of ``shape`` are: "floor1".., "ground" if it can move, "pendulum".
+        places: what the rows of ``shape`` are: "floor1".., "ground" if it can move, "pendulum",
+            "appendage_floor1".. if something swings there.
         shape: displacement of the places [m; rad for the pendulum] for unit y, (places, n).
         equilibrium: joint positions at the static equilibrium, (nq,).
         basis: the freedoms that the equality constraints leave, (nv, n).
@@ -222,6 +223,12 @@ def _places(model: mujoco.MjModel, reduced: _Reduced) -> tuple[tuple[str, ...], 
     if pendulum is not None:
         names.append("pendulum")
         rows.append(reduced.basis[pendulum])
+    for name in names_in(model)["body"]:
+        if name.startswith("appendage_floor"):
+            body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, name)
+            mujoco.mj_jacBody(reduced.model, reduced.data, jacobian, None, body)
+            names.append(name)
+            rows.append(jacobian[0] @ reduced.basis)
     return tuple(names), np.array(rows).reshape(len(names), reduced.basis.shape[1])
 
 
@@ -229,8 +236,8 @@ def linearise(model: mujoco.MjModel) -> Linearisation:
     """Return M, R, K, modes and mode shapes of a model about its static equilibrium.
 
     Args:
-        model: a compiled model; bodies floor1.., ground and the sensor ``angle_pendulum`` are its
-            places.
+        model: a compiled model; bodies floor1.., ground, the sensor ``angle_pendulum`` and bodies
+            appendage_floor1.. are its places.
 
     Raises:
         ModelError: there is no equilibrium near the initial position, or nothing that moves.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -13,12 +13,16 @@ from numpy.typing import NDArray
 
 from twin import compiling, rolling
 from twin.arrays import frozen
-from twin.contract import check_names, floors_of
+from twin.contract import check_names, floors_of, names_in
 from twin.errors import ModelError, available
+from twin.files import write_whole
 from twin.frame import FrameDesign, to_mjcf
 from twin.linearise import Linearisation, linearise
 from twin.modal import ModalModel
 from twin.model_files import shipped, shipped_names
+from twin.physics.mechanism import ChannelFault, Mechanism
+from twin.physics.replay import in_order
+from twin.physics.stiffness_drift import CLOCK
 from twin.second_order import SecondOrderModel
 
 Array = NDArray[np.float64]
@@ -59,6 +63,7 @@ class Twin:
         mjcf: the model as MJCF text, with the names of the contract (``twin.contract``).
         source: where it came from (a file's path), used in messages and to find its assets.
         clamped: whether the ground's clamp is fast. A model without a joint ``ground`` always is.
+        mechanisms: what the frame has beyond its text; replayed on it at each compile.
 
     Raises:
         ModelError: the MJCF does not compile, or lacks names; the message says which.
@@ -67,6 +72,7 @@ class Twin:
     mjcf: str
     source: str = "model"
     clamped: bool = True
+    mechanisms: tuple[Mechanism, ...] = ()
 
     def __post_init__(self) -> None:
         check_names(compiling.as_written(self.mjcf, self.source), self.source)
@@ -104,11 +110,30 @@ class Twin:
                 f"{self.source}: the ground cannot be released, there is no joint 'ground'; "
                 f"joints are {available(compiling.joints(self.mjcf, self.source))}"
             )
-        return Twin(self.mjcf, self.source, clamped=False)
+        return replace(self, clamped=False)
+
+    def including(self, *mechanisms: Mechanism) -> Twin:
+        """Return the twin with further mechanisms.
+
+        Raises:
+            ModelError: the model has no such place or channel; the message lists those it has.
+        """
+        twin = replace(self, mechanisms=(*self.mechanisms, *mechanisms))
+        twin.compile()
+        return twin
+
+    def mjcf_of(self) -> str:
+        """Return MJCF text with the mechanisms; a comment says what it cannot hold of them."""
+        return compiling.exported(self.mjcf, self.source, self.clamped, self.mechanisms)
+
+    def export(self, path: str | Path) -> Path:
+        """Write ``mjcf_of`` to a file and return its path."""
+        text = self.mjcf_of()
+        return write_whole(Path(path), lambda part: part.write_text(text, encoding="utf-8"))
 
     def compile(self) -> mujoco.MjModel:
         """Return a fresh compiled model, the ground fast or free as ``clamped`` says."""
-        return compiling.structure(self.mjcf, self.source, self.clamped)
+        return compiling.structure(self.mjcf, self.source, self.clamped, self.mechanisms)
 
     def linearisation(self) -> Linearisation:
         """Return matrices, modes and mode shapes about the static equilibrium."""
@@ -160,13 +185,34 @@ class Twin:
         if samples < 1:
             raise ModelError(f"{self.source}: at least one sample is needed, not {samples}")
         driven = ground_acceleration is not None
-        model = compiling.driven(self.mjcf, self.source, self.clamped, driven)
-        inputs = dict(forces)
+        model = compiling.driven(self.mjcf, self.source, self.clamped, driven, self.mechanisms)
+        inputs = self._faulty(forces, rate_hz, of_motor=True)
+        clocks = [name for name in names_in(model)["actuator"] if name.endswith(CLOCK)]
+        inputs |= dict.fromkeys(clocks, np.arange(samples) / rate_hz)
         if ground_acceleration is not None:
             inputs[compiling.GROUND_DRIVE] = ground_acceleration
         table = rolling.input_table(model, inputs, samples, self.source)
         qpos, columns = rolling.roll(model, table, rate_hz, self.source, progress)
         return Motion(rate_hz, columns, qpos, model)
+
+    def recorded(self, columns: Mapping[str, Array], rate_hz: float) -> dict[str, Array]:
+        """Return channels as instruments record them that have the mechanisms' faults.
+
+        Args:
+            columns: channel -> true samples, (samples,).
+            rate_hz: samples per second.
+        """
+        return self._faulty(columns, rate_hz, of_motor=False)
+
+    def _faulty(
+        self, columns: Mapping[str, Array], rate_hz: float, of_motor: bool
+    ) -> dict[str, Array]:
+        changed = {name: np.asarray(values, float) for name, values in columns.items()}
+        faults = [m for m in in_order(self.mechanisms) if isinstance(m, ChannelFault)]
+        for fault in faults:
+            if fault.of_motor == of_motor and set(fault.channels) <= set(changed):
+                changed = fault.distort(changed, rate_hz)
+        return changed
 
 
 @lru_cache(maxsize=64)

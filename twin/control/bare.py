@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from xml.etree import ElementTree
 
 import mujoco
@@ -51,7 +52,8 @@ def without_pendulum(twin: Twin) -> Twin:
     for section in root.findall("actuator") + root.findall("sensor"):
         for element in [child for child in section if child.get("joint") in joints]:
             section.remove(element)
-    return Twin(ElementTree.tostring(root, encoding="unicode"), twin.source, twin.clamped)
+    others = tuple(m for m in twin.mechanisms if m.where != "pendulum")
+    return replace(twin, mjcf=ElementTree.tostring(root, encoding="unicode"), mechanisms=others)
 
 
 def _pendulum_body(model: mujoco.MjModel, source: str) -> int:

@@ -85,7 +85,7 @@ class Plant:
         """Return the model to simulate: its actuators integrate (``twin.compiling``)."""
         table = self.known_input == SHAKE_TABLE
         rig = self.rig
-        model = compiling.driven(rig.mjcf, rig.source, rig.clamped, table)
+        model = compiling.driven(rig.mjcf, rig.source, rig.clamped, table, rig.mechanisms)
         self.perturbation.apply(model)
         return model
 

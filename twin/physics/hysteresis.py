@@ -23,7 +23,7 @@ class Hysteresis(Law):
     """f = z - replaced d, with z' = stiffness v (1 - |z/yield_force|^sharpness (1 + sign(v z))/2).
 
     The memory is z [N]. It loads along a curve that is the rounder the less the sharpness, and
-    unloads along a straight line; a sharpness beyond eight is an ideal elasto-plastic slider. With
+    unloads along a straight line; a great sharpness makes it an ideal elasto-plastic slider. With
     ``replaced`` = ``stiffness`` the storey's own stiffness slips.
 
     Source: Bouc 1967, Wen 1976 (beta = gamma = 1/2); a slider, Jenkins 1962.
@@ -41,7 +41,7 @@ class Hysteresis(Law):
     reference: ClassVar[str] = "Bouc 1967; Wen 1976; Jenkins 1962"
     mjcf: ClassVar[str] = (
         "the loop is that of elasto-plastic sliders in parallel, fitted to the curve of first "
-        "loading: exact for a sharpness of 8 and more, its shape approximated below"
+        "loading; its shape is approximated, the better the sharper the bend"
     )
     memory: ClassVar[int] = 1
     abrupt: ClassVar[bool] = True

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.integrate import quad
 
 SHARP = 8.0
-"""From this sharpness on a single slider is the law."""
+"""From this sharpness on a single slider will do."""
 
 KNOTS = (0.3, 0.55, 0.75, 0.9, 0.975)
 """Shares of the yield force where the polygon meets the curve, before the plateau."""
