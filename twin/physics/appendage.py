@@ -67,6 +67,7 @@ class Appendage(StructuralChange):
         label = f"{self.name}_{self.place}"
         body = floor.add_body(name=label, mass=self.mass, inertia=[1e-4 * self.mass] * 3)
         body.explicitinertial = True
+        body.ipos = [0, 0, 0]
         joint = body.add_joint(name=label, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[1, 0, 0])
         joint.stiffness = [self.stiffness, 0.0, 0.0]
         joint.damping = [self.damping, 0.0, 0.0]

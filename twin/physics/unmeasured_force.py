@@ -61,6 +61,6 @@ class UnmeasuredForce(Disturbance):
         scale = 0.02 * around.stiffness * rms(around.drift)
         if place == "ground":
             scale /= max(around.mass_above, 1e-9)
-        lines = [*own[:4], *np.sqrt(own[1:4] * own[:3])] if len(own) else []
+        lines = [*own[:4], *np.sqrt(own[1:] * own[:-1])[:3]]
         narrow = (cls(place, scale, float(line), 0.02 * float(line)) for line in lines)
         return (cls(place, scale, middle, 2 * middle), *narrow)

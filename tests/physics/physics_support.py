@@ -17,6 +17,9 @@ def push(samples=SAMPLES, seed=0):
 def directions(model, law):
     """b with drift = b^T x."""
     b = np.zeros(len(model.M))
+    if law.place in model.coordinates:
+        b[model.coordinates.index(law.place)] = 1
+        return b
     kind, number = law.place.rstrip("0123456789"), int(law.place.lstrip("storeyfl"))
     b[number - 1] = 1
     if kind == "storey" and number > 1:
