@@ -105,6 +105,11 @@ def pair_of(number: int, seed: int, storeys: int = 2) -> tuple[str, str]:
     return pairs[np.random.default_rng([seed, 77, turn]).permutation(len(pairs))[position]]
 
 
+def case_name(number: int, nothing: bool) -> str:
+    """Return the name of a case's folder."""
+    return f"{'none' if nothing else 'case'}_{number:04d}"
+
+
 def generate(
     number: int, seed: int, folder: Path, sealed: Path, nothing: bool = False,
     nominal: Rig = TWO_STOREY,
@@ -112,9 +117,9 @@ def generate(
     """Write the recordings of a case and its truth.
 
     Args:
-        number: of the case, from 1; it says what is concealed where.
+        number: of the case, from 1; with the seed it says what is concealed where.
         seed: of the campaign; same seed, same bytes.
-        folder: gets case_0007/train_1.csv and so on.
+        folder: gets case_0007/train_1.csv and so on, none_0007 where nothing is concealed.
         sealed: gets case_0007.json.
         nothing: conceal nothing.
         nominal: the rig before its scatter.
@@ -122,9 +127,9 @@ def generate(
     Returns:
         The SHA-256 of the truth.
     """
-    rng = np.random.default_rng([seed, number])
+    rng = np.random.default_rng([seed, number, int(nothing)])
     pair = None if nothing else pair_of(number, seed, nominal.storeys)
-    case = draw_case(rng, f"case_{number:04d}", pair, nominal)
+    case = draw_case(rng, case_name(number, nothing), pair, nominal)
     for test in case.plan:
         forces, seen, _ = motion(case, test)
         recording = measure(case.chain, test, forces, seen, case.mechanism, rng)

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
-from scipy.signal import butter, firwin, lfilter, sosfilt
+from scipy.signal import butter, firwin, freqz, lfilter, sosfilt, sosfreqz
 
 from twin.recording import Recording
 
@@ -21,6 +21,9 @@ from .rig import Array
 
 CUTOFF = 0.4
 """Corner of the anti-alias filter, as a share of the sampling rate."""
+
+FIR_EDGE = 0.45
+"""The same of the linear-phase filter."""
 
 TAPS = 513
 
@@ -52,16 +55,32 @@ class Chain:
         """True when the force is made on the integrator's grid."""
         return self.style == "filtered"
 
+    def filtered(self, signals: Array, rate: float) -> Array:
+        """Pass signals of a rate [Hz], (samples, channels), through the anti-alias filter."""
+        if not self.fine:
+            return signals
+        if self.order:
+            return np.asarray(sosfilt(self._sections(rate), signals, axis=0))
+        return np.asarray(lfilter(self._taps(rate), 1.0, signals, axis=0))
+
     def sampled(self, signals: Array) -> Array:
         """Filter and decimate signals on the integrator's grid, (samples, channels)."""
-        if self.fine and self.order:
-            corner = CUTOFF * SAMPLING_HZ
-            sections = butter(self.order, corner, fs=FINE_HZ, output="sos")
-            signals = sosfilt(sections, signals, axis=0)
-        elif self.fine:
-            taps = firwin(TAPS, 0.45 * SAMPLING_HZ, window=("kaiser", 6.0), fs=FINE_HZ)
-            signals = lfilter(taps, 1.0, signals, axis=0)
-        return signals[::FINE]
+        return self.filtered(signals, FINE_HZ)[::FINE]
+
+    def response(self, frequency: Array) -> Array:
+        """Return the filter's complex response at frequencies [Hz]."""
+        if not self.fine:
+            return np.ones(len(frequency), complex)
+        if self.order:
+            return np.asarray(sosfreqz(self._sections(FINE_HZ), frequency, fs=FINE_HZ)[1])
+        return np.asarray(freqz(self._taps(FINE_HZ), 1, frequency, fs=FINE_HZ)[1])
+
+    def _sections(self, rate: float) -> Array:
+        return np.asarray(butter(self.order, CUTOFF * SAMPLING_HZ, fs=rate, output="sos"))
+
+    def _taps(self, rate: float) -> Array:
+        count = round((TAPS - 1) * rate / FINE_HZ) + 1
+        return np.asarray(firwin(count, FIR_EDGE * SAMPLING_HZ, window=("kaiser", 6.0), fs=rate))
 
 
 def at_sensor(accelerations: Array, mechanism: Mechanism, rate: float = FINE_HZ) -> Array:

@@ -75,7 +75,7 @@ def test_each_round_goes_through_every_place_once():
     assert [pair_of(i, 9) for i in range(1, 42)] != [pair_of(i, 10) for i in range(1, 42)]
 
 
-@pytest.mark.parametrize("pair", places(2)[::4])
+@pytest.mark.parametrize("pair", places(2)[::7])
 def test_strengths_are_visible_and_physical(pair):
     case = cases.draw_case(np.random.default_rng(5), "case", pair)
     assert case.effect > cases.VISIBLE * case.chain.noise

@@ -11,7 +11,17 @@ import typer
 
 from twin.errors import TwinError
 
-COMMANDS = ("demo", "test", "identify", "paper", "control", "tune", "convert", "view")
+COMMANDS = (
+    "demo",
+    "test",
+    "identify",
+    "concealed",
+    "paper",
+    "control",
+    "tune",
+    "convert",
+    "view",
+)
 """Modules of this package that hold one command each (or a group, as ``test`` does)."""
 
 # typer stands on click or carries a copy of its own: catch what it raises itself

@@ -1,0 +1,164 @@
+"""Concealed cases: the true model's reference, the score, the campaign and its resumption."""
+
+import io
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+pytest.importorskip("experiments.concealed", reason="experiments/ is not beside the tests")
+from experiments.concealed import campaign, summary
+from experiments.concealed import case as cases
+from experiments.concealed.case import generate
+from experiments.concealed.reference import reference
+from experiments.concealed.score import score
+from experiments.concealed.seal import open_seal
+from twin.errors import TwinError
+
+FITS = {"nominal": 0.9, "calibrated": 0.5, "explained": 0.02, "noise_floor": 0.01}
+NONE = {
+    "verdict": "consistent", "findings": [], "alternatives": [], "twin": None,
+    "fit": {"train": FITS, "test": FITS}, "fit_ahead": {"train": FITS, "test": FITS},
+    "next_experiment": None, "seconds": 1.5,
+}  # fmt: skip
+TRUTH = {
+    "mechanism": "bumper",
+    "location": "storey2",
+    "parameters": {"gap": -0.004, "stiffness": 900},
+}
+REFERENCE = {"fit": 0.01, "fit_ahead": 0.008}
+
+
+@pytest.fixture
+def short(monkeypatch):
+    """Recordings of eight seconds."""
+    draw = cases.draw_plan
+    monkeypatch.setattr(
+        cases, "draw_plan", lambda *a: tuple(replace(t, duration_s=8.0) for t in draw(*a))
+    )
+
+
+def named(mechanism, location, **values):
+    parameters = {name: {"value": v, "std": None, "unit": ""} for name, v in values.items()}
+    entry = {"mechanism": mechanism, "location": location, "parameters": parameters}
+    return {**entry, "probability": 0.9}
+
+
+def diagnosed(*findings, verdict="missing_physics", alternatives=()):
+    return {
+        **NONE,
+        "verdict": verdict,
+        "findings": list(findings),
+        "alternatives": list(alternatives),
+    }
+
+
+def blind(model, train, test, out, seed):
+    """Say bumper at storey 2 whatever there is, unless the recordings are none."""
+    assert model == "two_storey_lumped"
+    assert [p.name for p in (*train, *test)] == [f"train_{i}.csv" for i in range(1, 5)] + [
+        "test_1.csv", "test_2.csv",
+    ]  # fmt: skip
+    if "none" in train[0].parent.name:
+        return NONE
+    if "0002" in train[0].parent.name:
+        raise ValueError("gave up")
+    return diagnosed(named("bumper", "storey2", gap=0.004, stiffness=900.0))
+
+
+def test_a_right_finding_is_scored_by_its_main_parameter():
+    found = score(
+        TRUTH, diagnosed(named("bumper", "storey2", gap=-0.0042, stiffness=450.0)), REFERENCE
+    )
+    assert found["right"]
+    assert found["mechanism_right"]
+    assert found["place_right"]
+    assert found["verdict_right"]
+    assert found["rank"] == 1
+    assert found["strength_error"] == pytest.approx(0.05)
+    assert found["parameter_errors"]["stiffness"] == pytest.approx(0.5)
+    assert found["explained_over_true"] == pytest.approx(2.0)
+    assert found["explained_over_true_ahead"] == pytest.approx(2.5)
+    assert not found["false_alarm"]
+    assert (found["probability"], found["seconds"]) == (0.9, 1.5)
+
+
+def test_wrong_findings_are_misses_with_a_rank():
+    second = {**named("bumper", "storey2", gap=0.1), "delta_bic": 3.0}
+    found = score(TRUTH, diagnosed(named("bumper", "storey1"), alternatives=[second]), REFERENCE)
+    assert found["mechanism_right"]
+    assert not found["place_right"]
+    assert not found["right"]
+    assert found["rank"] == 2
+    assert found["strength_error"] is None
+    silent = score(TRUTH, NONE, REFERENCE)
+    assert not silent["mechanism_right"]
+    assert silent["rank"] is None
+    failed = score(TRUTH, {"error": "gave up"}, REFERENCE)
+    assert failed["found"] == "error"
+    assert failed["explained_over_true"] is None
+
+
+def test_nothing_concealed_wants_silence():
+    truth = {"mechanism": "none", "location": "", "parameters": {}}
+    assert score(truth, NONE, REFERENCE)["right"]
+    assert not score(truth, NONE, REFERENCE)["false_alarm"]
+    loud = score(truth, diagnosed(named("mass", "floor1"), verdict="parameter"), REFERENCE)
+    assert loud["false_alarm"]
+    assert not loud["right"]
+    assert score(truth, {"error": "gave up"}, REFERENCE)["false_alarm"]
+
+
+def test_a_gain_counts_from_one_and_a_swap_has_no_order():
+    gain = {"mechanism": "sensor_gain", "location": "acc_floor1", "parameters": {"gain": 0.9}}
+    found = score(gain, diagnosed(named("sensor_gain", "acc_floor1", gain=0.91)), REFERENCE)
+    assert found["strength_error"] == pytest.approx(0.1)
+    swap = {"mechanism": "sensor_swap", "location": "acc_floor1+acc_floor2", "parameters": {}}
+    found = score(swap, diagnosed(named("sensor_swap", "acc_floor2+acc_floor1")), REFERENCE)
+    assert found["right"]
+    assert found["strength_error"] is None
+
+
+def test_the_true_model_reaches_the_noise(tmp_path, short):
+    digest = generate(1, 3, tmp_path, tmp_path, nothing=True)
+    truth = open_seal(tmp_path / "none_0001.json", digest)
+    reached = reference(truth, tmp_path)
+    assert 0.95 * truth["noise"] < reached["fit_ahead"] < 1.3 * truth["noise"]
+    assert 0.95 * truth["noise"] < reached["fit"] < 1.5 * truth["noise"]
+    assert reached["fit_through_chain"] == pytest.approx(reached["fit"], rel=0.3)
+
+
+def test_a_campaign_generates_seals_diagnoses_opens_scores_and_resumes(tmp_path, short):
+    seen = []
+    results = campaign.run(2, 1, 1, tmp_path, None, lambda *told: seen.append(told), blind)
+    assert list(results) == ["case_0001", "case_0002", "none_0001"]
+    assert seen[0] == ("generated", 0, 3)
+    assert seen[-1] == ("diagnosed", 3, 3)
+    assert seen.index(("generated", 3, 3)) < seen.index(("diagnosed", 0, 3))
+    manifest = json.loads((tmp_path / "sealed" / "manifest.json").read_text())
+    assert list(manifest) == list(results)
+    assert results["none_0001"]["score"]["right"]
+    assert results["case_0002"]["diagnosis"] == {"error": "ValueError: gave up"}
+    assert (tmp_path / "diagnoses" / "case_0001.json").exists()
+    found = json.loads((tmp_path / "summary.json").read_text())
+    assert (found["cases"], found["none"], found["false_alarms"]) == (2, 1, 0)
+    assert [m["case"] for m in found["misses"]][-1] == "case_0002"
+    assert np.sum(found["confusion"]["counts"]) == 3
+    assert (tmp_path / "confusion.png").stat().st_size > 5000
+    console = Console(width=120, record=True, file=io.StringIO())
+    summary.show(console, found)
+    assert "false alarms, of 1 with nothing concealed" in console.export_text()
+    assert campaign.run(2, 1, 1, tmp_path, None, None, None) == results  # nothing is done again
+    with pytest.raises(TwinError, match="another campaign"):
+        campaign.run(2, 1, 2, tmp_path, None, None, blind)
+
+
+def test_a_truth_that_was_touched_after_it_was_sealed_stops_the_campaign(tmp_path, short):
+    task = campaign.Task(1, False, 1, tmp_path, diagnose=blind)
+    digest = campaign.conceal(task)["sha256"]
+    path = tmp_path / "sealed" / "case_0001.json"
+    path.write_text(path.read_text().replace("storey", "store"))
+    with pytest.raises(TwinError, match="the seal is broken"):
+        campaign.judge(campaign.Task(1, False, 1, tmp_path, digest, blind))
