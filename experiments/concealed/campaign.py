@@ -71,6 +71,8 @@ def run(
     Returns:
         By case: truth, diagnosis, reference (of the true model) and score.
     """
+    if diagnose is None:
+        _of_the_command()  # that there is none, is said before anything is generated
     out = out.resolve()
     asked = [(i + 1, False) for i in range(cases)] + [(i + 1, True) for i in range(none)]
     tasks = {case_name(n, nothing): Task(n, nothing, seed, out) for n, nothing in asked}

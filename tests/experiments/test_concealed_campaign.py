@@ -15,6 +15,7 @@ from experiments.concealed.case import generate
 from experiments.concealed.reference import reference
 from experiments.concealed.score import score
 from experiments.concealed.seal import open_seal
+from twin.cli import main
 from twin.errors import TwinError
 
 FITS = {"nominal": 0.9, "calibrated": 0.5, "explained": 0.02, "noise_floor": 0.01}
@@ -66,6 +67,10 @@ def blind(model, train, test, out, seed):
     if "0002" in train[0].parent.name:
         raise ValueError("gave up")
     return diagnosed(named("bumper", "storey2", gap=0.004, stiffness=900.0))
+
+
+def never(*_):
+    raise AssertionError("this was done already")
 
 
 def test_a_right_finding_is_scored_by_its_main_parameter():
@@ -150,7 +155,7 @@ def test_a_campaign_generates_seals_diagnoses_opens_scores_and_resumes(tmp_path,
     console = Console(width=120, record=True, file=io.StringIO())
     summary.show(console, found)
     assert "false alarms, of 1 with nothing concealed" in console.export_text()
-    assert campaign.run(2, 1, 1, tmp_path, None, None, None) == results  # nothing is done again
+    assert campaign.run(2, 1, 1, tmp_path, diagnose=never) == results
     with pytest.raises(TwinError, match="another campaign"):
         campaign.run(2, 1, 2, tmp_path, None, None, blind)
 
@@ -162,3 +167,25 @@ def test_a_truth_that_was_touched_after_it_was_sealed_stops_the_campaign(tmp_pat
     path.write_text(path.read_text().replace("storey", "store"))
     with pytest.raises(TwinError, match="the seal is broken"):
         campaign.judge(campaign.Task(1, False, 1, tmp_path, digest, blind))
+
+
+def test_a_campaign_runs_on_dask(tmp_path, short):
+    distributed = pytest.importorskip("distributed")
+    with (
+        distributed.LocalCluster(1, processes=False, dashboard_address=None) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        results = campaign.run(0, 2, 1, tmp_path, client.get_executor(), None, blind)
+    assert [r["score"]["false_alarm"] for r in results.values()] == [False, False]
+
+
+def test_the_command_asks_for_work_and_for_a_cluster_that_is_there(tmp_path, capsys):
+    def refused(*arguments):
+        with pytest.raises(SystemExit) as stop:
+            main(["concealed", "--out", str(tmp_path), *arguments])
+        assert stop.value.code == 2
+        return capsys.readouterr().err
+
+    assert "nothing to do" in refused("--cases", "0", "--none", "0")
+    pytest.importorskip("distributed")
+    assert "no Dask cluster there" in refused("--cases", "1", "--scheduler", "nowhere")

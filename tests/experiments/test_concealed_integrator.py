@@ -10,8 +10,8 @@ from experiments.concealed.mechanisms import Mechanism, build, places
 from experiments.concealed.plans import FINE_HZ
 from experiments.concealed.rig import TWO_STOREY
 
-SECONDS = 3.0
-KNOTS = np.arange(0.0, SECONDS + 0.01, 1 / 64)
+SECONDS = 1.5
+KNOTS = np.arange(0.0, 3.01, 1 / 64)
 VALUES = np.random.default_rng(3).normal(size=(len(KNOTS), 2)) * [1.5, 1.0]
 
 
