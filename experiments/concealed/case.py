@@ -12,6 +12,7 @@ from twin.errors import TwinError
 from twin.formats import write_recording
 
 from .chain import Chain, at_sensor, measure
+from .distinct import evidence
 from .integrator import simulate
 from .mechanisms import Mechanism, build, places, unmeasured
 from .plans import FADE_S, FINE, FINE_HZ, Test, band_limited, draw_plan, excitation, log_uniform
@@ -24,6 +25,9 @@ COARSE = 4
 
 VISIBLE = 3.0
 """The effect changes the outputs of some training recording by at least this many times noise."""
+
+CLEAR_NATS = 25.0
+"""A soft base is by so much likelier than the best frame on a hard one."""
 
 Run = tuple[Array, Array]
 FARTHEST_M = 0.12
@@ -164,6 +168,10 @@ def draw_case(
         )
         if pair[1].startswith("force_"):
             effect = abs(tried.mechanism["gain"] - 1)
+        if pair[0] == "base_compliance":
+            system = build(rig, tried.mechanism)
+            if evidence(rig, system, training, chain.fine, chain.noise) < CLEAR_NATS:
+                continue
         n = rig.storeys
         farthest = max(np.abs(states[:, :n] @ rig.drifts.T).max() for _, states in moved)
         if farthest < FARTHEST_M and effect > VISIBLE * chain.noise:  # NaN fails the first

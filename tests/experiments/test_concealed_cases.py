@@ -9,7 +9,10 @@ pytest.importorskip("experiments.concealed", reason="experiments/ is not beside 
 from experiments.concealed import case as cases
 from experiments.concealed.case import from_truth, generate, motion, pair_of
 from experiments.concealed.chain import at_sensor, delayed, highpass
-from experiments.concealed.mechanisms import Mechanism, places
+from experiments.concealed.distinct import evidence
+from experiments.concealed.mechanisms import Mechanism, build, places
+from experiments.concealed.plans import draw_plan
+from experiments.concealed.rig import TWO_STOREY
 from experiments.concealed.seal import open_seal, write_manifest
 from twin.errors import TwinError
 from twin.formats import read_recording
@@ -83,6 +86,18 @@ def test_strengths_are_visible_and_physical(pair):
     assert {test.floor for test in training} == {1, 2}
     assert len({round(test.level, 6) for test in training}) == 4
     assert {test.kind for test in case.plan[4:]} == {"hammer", "random"}
+
+
+def test_a_base_that_is_too_hard_is_a_softer_storey_to_the_recordings():
+    tests = [t for t in draw_plan(np.random.default_rng(2), 2) if t.name.startswith("train")]
+
+    def nats(stiffness):
+        parameters = (("stiffness", stiffness), ("damping", 0.0))
+        base = Mechanism("base_compliance", "ground", parameters)
+        return evidence(TWO_STOREY, build(TWO_STOREY, base), tests, True, 0.02)
+
+    assert nats(1e4) > 100
+    assert nats(1e5) < 10
 
 
 def test_faults_of_a_sensor_touch_their_channel_only():
