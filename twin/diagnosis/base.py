@@ -1,0 +1,104 @@
+"""What every rig has: masses, storey stiffnesses and dampings a little off those of its model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.diagnosis.bench import Bench
+from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.plant import place_vector
+from twin.physics.damping import Damping
+from twin.physics.mass import Mass
+from twin.physics.mechanism import Mechanism, Surroundings
+from twin.physics.stiffness import Stiffness
+from twin.second_order import SecondOrderModel
+
+Array = NDArray[np.float64]
+
+TOLERANCE = 0.004
+"""Standard deviation of a rig's masses and stiffnesses about its model's: how well parts are made
+and weighed. A change well beyond it is a finding."""
+
+DAMPING_TOLERANCE = 0.1
+"""The same for its dampings, which are never known that well."""
+
+
+def storeys_of(model: SecondOrderModel) -> list[str]:
+    """Return the names of the storeys."""
+    return [
+        f"storey{c.removeprefix('floor')}" for c in model.coordinates if c.startswith("floor")
+    ]
+
+
+def storey_values(model: SecondOrderModel, matrix: Array) -> dict[str, float]:
+    """Return the chain of springs (or dashpots) that comes nearest to a matrix, by storey."""
+    names = storeys_of(model)
+    columns = [np.outer(b, b).ravel() for b in (place_vector(model, s) for s in names)]
+    if "ground" in model.coordinates:
+        b = place_vector(model, "ground")
+        columns.append(np.outer(b, b).ravel())
+    values = np.linalg.lstsq(np.column_stack(columns), matrix.ravel(), rcond=None)[0]
+    typical = float(np.mean(np.abs(values)))
+    return {s: max(float(v), 0.05 * typical) for s, v in zip(names, values, strict=False)}
+
+
+def base_hypothesis(
+    model: SecondOrderModel,
+    tolerance: float = TOLERANCE,
+    damping_tolerance: float = DAMPING_TOLERANCE,
+) -> Hypothesis:
+    """Return the hypothesis that nothing is missing: only tolerances about the model."""
+    stiffness, damping = storey_values(model, model.K), storey_values(model, model.R)
+    base: list[Mechanism] = []
+    spread = []
+    for place, value in stiffness.items():
+        base.append(Stiffness(place, 0.0))
+        spread.append(tolerance * value)
+    for place, value in damping.items():
+        base.append(Damping(place, 0.0))
+        spread.append(damping_tolerance * value)
+    for index, place in enumerate(model.coordinates):
+        if place.startswith("floor"):
+            base.append(Mass(place, 0.0))
+            spread.append(tolerance * float(model.M[index, index]))
+    return Hypothesis(tuple(base), tuple(spread))
+
+
+def surroundings(
+    bench: Bench, motion: Mapping[str, Array], heights: Mapping[str, float], place: str
+) -> Surroundings:
+    """Return what is known at a place.
+
+    Args:
+        bench: model and trials.
+        motion: "storey1", "rate storey1", ... -> pooled estimated motion, (samples,).
+        heights: of the storeys [m].
+        place: a storey, a floor, the ground, the pendulum, or one or two channels.
+    """
+    model = bench.model
+    stiffness, damping = storey_values(model, model.K), storey_values(model, model.R)
+    M = np.diag(model.M)
+    floors = [i for i, c in enumerate(model.coordinates) if c.startswith("floor")]
+    digits = "".join(c for c in place.split("+")[0].split("_")[-1] if c.isdigit())
+    number = min(int(digits or 1), len(floors))
+    key = f"storey{number}"
+    channel = place.split("+")[0]
+    readings = [t.columns[channel] for t in bench.trials if channel in t.columns]
+    where = place if place in motion else key
+    frequencies = np.sqrt(np.maximum(np.linalg.eigvals(np.linalg.solve(model.M, model.K)).real, 0))
+    return Surroundings(
+        stiffness=stiffness[key],
+        damping=damping[key],
+        mass=float(M[floors[number - 1]]) if place != "ground" else float(M[floors].sum()),
+        mass_above=float(M[floors[number - 1 :]].sum()),
+        height=heights.get(key, 1.0),
+        drift=motion[where],
+        rate=motion[f"rate {where}"],
+        reading=np.concatenate(readings) if readings else np.zeros(1),
+        natural_frequencies=tuple(sorted(float(f) / (2 * np.pi) for f in frequencies)),
+        duration_s=max(t.samples / t.sampling_hz for t in bench.trials),
+        sampling_hz=bench.trials[0].sampling_hz,
+    )

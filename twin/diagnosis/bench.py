@@ -1,0 +1,260 @@
+"""The bench: trials and model together, and the innovations of any hypothesis on them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.diagnosis.filtering import (
+    Gain,
+    effect_of_start,
+    gain,
+    linear,
+    with_laws,
+)
+from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.plant import Sampled, build, laws_of, sampled
+from twin.diagnosis.trials import Trial
+from twin.physics.mechanism import ChannelFault, Law, Mechanism
+from twin.second_order import SecondOrderModel
+
+Array = NDArray[np.float64]
+Between = Literal["band_limited", "linear", "held"]
+
+LEAST_NOISE = 1e-4
+"""Smallest noise of a channel as a share of its RMS: below it the filter has nothing to weigh."""
+
+
+@dataclass(frozen=True)
+class Bench:
+    """What is known before any hypothesis.
+
+    Attributes:
+        model: M, R, K of the twin as it is.
+        trials: recordings of one sampling rate with the same channels.
+        between: what the inputs do between samples.
+    """
+
+    model: SecondOrderModel
+    trials: tuple[Trial, ...]
+    between: Between = "band_limited"
+
+    @property
+    def step_s(self) -> float:
+        """Sampling interval [s]."""
+        return 1 / self.trials[0].sampling_hz
+
+    @property
+    def samples(self) -> int:
+        """Samples of all trials."""
+        return sum(trial.samples for trial in self.trials)
+
+    def force_scale(self, trial: Trial, plant: Sampled) -> Array:
+        """Return the RMS of inertia forces on the coordinates [N], a scale for force noise."""
+        acc = [
+            float(np.sqrt(np.mean(trial.y[:, i] ** 2)))
+            for i, name in enumerate(trial.outputs)
+            if name.startswith("acc")
+        ]
+        mass = np.diag(plant.plant.model.M)
+        if acc:
+            return mass * max(acc)
+        disp = float(np.sqrt(np.mean(trial.y**2)))
+        return np.diag(plant.plant.model.K) * disp
+
+    def plant(self, trial: Trial, mechanisms: Sequence[Mechanism], steps: int = 1) -> Sampled:
+        """Return the sampled plant of a hypothesis for a trial."""
+        whole = build(trial.base(self.model), mechanisms, trial.inputs, trial.outputs)
+        return sampled(whole, self.step_s / steps, held=self.between == "held")
+
+    def _plants(self, variants: Sequence[Hypothesis], steps: int = 1) -> list[list[Sampled]]:
+        """Return plants[trial][variant]; recordings with the same masses share them."""
+        made: dict[tuple[tuple[str, float], ...], list[Sampled]] = {}
+        out = []
+        for trial in self.trials:
+            key = tuple(sorted(trial.added_mass.items()))
+            if key not in made:
+                made[key] = [self.plant(trial, v.mechanisms, steps) for v in variants]
+            out.append(made[key])
+        return out
+
+    def gain(
+        self, trial: Trial, plant: Sampled, slack: float, latent: Array | None = None
+    ) -> Gain:
+        """Return the stationary gain.
+
+        Args:
+            trial: for its noise levels.
+            plant: of the hypothesis.
+            slack: white force noise on every coordinate as a share of the inertia forces; it lets
+                the filter follow data that its model does not explain.
+            latent: one more white force, its entry at the coordinates [N], (places,).
+        """
+        floor = LEAST_NOISE * np.sqrt(np.mean(trial.y**2, axis=0)) + 1e-12
+        noise = np.diag(max(slack, 1e-5) * self.force_scale(trial, plant))
+        if latent is not None:
+            noise = np.column_stack([noise, latent])
+        return gain(
+            plant,
+            trial.input_noise,
+            np.maximum(trial.output_noise, floor),
+            noise,
+        )
+
+    def smooth(self, u: Array) -> Array:
+        """Return the inputs (samples, r) as they drive the states between the samples.
+
+        Straight lines between samples lose sinc^2 of a band-limited signal; to fourth order in the
+        frequency that is put back first.
+        """
+        if self.between != "band_limited" or len(u) < 5:
+            return u
+        second = np.zeros_like(u)
+        second[1:-1] = np.diff(u, 2, axis=0)
+        fourth = np.zeros_like(u)
+        fourth[2:-2] = np.diff(u, 4, axis=0)
+        return u - second / 12 + fourth / 90
+
+    def innovations(
+        self,
+        variants: Sequence[Hypothesis],
+        gains: Sequence[Gain],
+        starts: Sequence[Array] | None = None,
+    ) -> list[Array]:
+        """Return the innovations of hypotheses with the same mechanisms, other values.
+
+        Args:
+            variants: the hypotheses.
+            gains: one a trial, used for all variants.
+            starts: initial states (n,) of each trial, or rest.
+
+        Returns:
+            One (variants, samples, m) a trial.
+        """
+        mechanisms = variants[0].mechanisms
+        laws = laws_of(mechanisms)
+        faults = [m for m in mechanisms if isinstance(m, ChannelFault)]
+        clips = any(fault.limit() is not None for fault in faults)
+        if laws or clips:
+            return self._stepped(variants, gains, starts, laws)
+        plants = self._plants(variants)
+        out = []
+        for number, trial in enumerate(self.trials):
+            rows = []
+            for variant, plant in zip(variants, plants[number], strict=True):
+                sound = corrected(trial, variant.mechanisms)
+                begin = None if starts is None else starts[number]
+                found = linear(plant, gains[number], sound.u, self.smooth(sound.u), sound.y, begin)
+                rows.append(found.innovations * as_recorded(trial, variant.mechanisms))
+            out.append(np.array(rows))
+        return out
+
+    def _stepped(
+        self,
+        variants: Sequence[Hypothesis],
+        gains: Sequence[Gain],
+        starts: Sequence[Array] | None,
+        laws: Sequence[Law],
+    ) -> list[Array]:
+        innovations, _ = self.stepped(variants, gains, starts, laws)
+        scale = np.array([as_recorded(self.trials[0], v.mechanisms) for v in variants])[:, None]
+        return [innovations[i, :, : t.samples] * scale for i, t in enumerate(self.trials)]
+
+    def stepped(
+        self,
+        variants: Sequence[Hypothesis],
+        gains: Sequence[Gain],
+        starts: Sequence[Array] | None,
+        laws: Sequence[Law],
+    ) -> tuple[Array, Array]:
+        """Return innovations and states of hypotheses with laws, trials padded with zeros."""
+        steps = 2 if any(law.abrupt for law in laws) else 1
+        longest = max(trial.samples for trial in self.trials)
+        plants = [list(row) for row in self._plants(variants, steps)]
+        whole = all(not _changes_data(m) for m in variants[0].mechanisms)
+        u, smooth, y = [], [], []
+        for trial in self.trials:
+            sounds = [corrected(trial, v.mechanisms) for v in (variants[:1] if whole else variants)]
+            u.append([_padded(s.u, longest) for s in sounds])
+            smooth.append([_padded(self.smooth(s.u), longest) for s in sounds])
+            y.append([_padded(s.y, longest) for s in sounds])
+        n = len(plants[0][0].A)
+        start = np.zeros((len(self.trials), n)) if starts is None else np.array(starts)
+        return with_laws(
+            plants,
+            gains,
+            _batched(variants, laws),
+            np.array(u),
+            np.array(smooth),
+            np.array(y),
+            start,
+            np.array([limits_of(v.mechanisms, self.trials[0].outputs) for v in variants])[None],
+            steps,
+            self.step_s,
+        )
+
+    def start_effects(self, hypothesis: Hypothesis, gains: Sequence[Gain]) -> list[Array]:
+        """Return the innovations of unit initial states, one (n, samples, m) a trial."""
+        out = []
+        for trial, its in zip(self.trials, gains, strict=True):
+            plant = self.plant(trial, hypothesis.mechanisms)
+            out.append(effect_of_start(plant, its, trial.samples))
+        return out
+
+
+def corrected(trial: Trial, mechanisms: Sequence[Mechanism]) -> Trial:
+    """Return the trial with all channel faults taken back that can be."""
+    faults = [m for m in mechanisms if isinstance(m, ChannelFault) and _changes_data(m)]
+    if not faults:
+        return trial
+    columns = trial.columns
+    for fault in reversed(faults):
+        columns = {**columns, **fault.undo(columns, trial.sampling_hz)}
+    return trial.with_columns(columns)
+
+
+def as_recorded(trial: Trial, mechanisms: Sequence[Mechanism]) -> Array:
+    """Return what takes innovations of corrected outputs back to those of recorded ones, (m,)."""
+    scale = np.ones(len(trial.outputs))
+    for mechanism in mechanisms:
+        if isinstance(mechanism, ChannelFault) and mechanism.place in trial.outputs:
+            scale[trial.outputs.index(mechanism.place)] *= np.exp(-mechanism.log_volume())
+    return scale
+
+
+def _changes_data(mechanism: Mechanism) -> bool:
+    return isinstance(mechanism, ChannelFault) and (
+        mechanism.filter_hz() is None and mechanism.limit() is None
+    )
+
+
+def limits_of(mechanisms: Sequence[Mechanism], outputs: Sequence[str]) -> Array:
+    """Return the clipping level of every output, infinite where there is none, (m,)."""
+    limits = np.full(len(outputs), np.inf)
+    for mechanism in mechanisms:
+        if isinstance(mechanism, ChannelFault) and mechanism.limit() is not None:
+            limits[list(outputs).index(mechanism.place)] = mechanism.limit()
+    return limits
+
+
+def _batched(variants: Sequence[Hypothesis], laws: Sequence[Law]) -> tuple[Law, ...]:
+    """Return the laws with parameters as arrays (1, variants)."""
+    if len(variants) == 1:
+        return tuple(laws)
+    rows = [laws_of(variant.mechanisms) for variant in variants]
+    out = []
+    for position, law in enumerate(laws):
+        values = {
+            name: np.array([[row[position].values[name] for row in rows]])
+            for name in law.parameters
+        }
+        out.append(law.with_values(values))
+    return tuple(out)
+
+
+def _padded(table: Array, length: int) -> Array:
+    return np.vstack([table, np.zeros((length - len(table), table.shape[1]))])
