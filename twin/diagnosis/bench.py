@@ -19,7 +19,7 @@ from twin.diagnosis.filtering import (
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.plant import Sampled, build, laws_of, sampled
 from twin.diagnosis.trials import Trial
-from twin.physics.mechanism import ChannelFault, Law, Mechanism
+from twin.physics.mechanism import ChannelFault, Mechanism
 from twin.second_order import SecondOrderModel
 
 Array = NDArray[np.float64]
@@ -140,7 +140,7 @@ class Bench:
         faults = [m for m in mechanisms if isinstance(m, ChannelFault)]
         clips = any(fault.limit() is not None for fault in faults)
         if laws or clips:
-            return self._stepped(variants, gains, starts, laws)
+            return self._stepped(variants, gains, starts)
         plants = self._plants(variants)
         out = []
         for number, trial in enumerate(self.trials):
@@ -158,44 +158,41 @@ class Bench:
         variants: Sequence[Hypothesis],
         gains: Sequence[Gain],
         starts: Sequence[Array] | None,
-        laws: Sequence[Law],
     ) -> list[Array]:
-        innovations, _ = self.stepped(variants, gains, starts, laws)
         scale = np.array([as_recorded(self.trials[0], v.mechanisms) for v in variants])[:, None]
-        return [innovations[i, :, : t.samples] * scale for i, t in enumerate(self.trials)]
+        return [e * scale for e, _ in self.stepped(variants, gains, starts)]
 
     def stepped(
         self,
         variants: Sequence[Hypothesis],
         gains: Sequence[Gain],
         starts: Sequence[Array] | None,
-        laws: Sequence[Law],
-    ) -> tuple[Array, Array]:
-        """Return innovations and states of hypotheses with laws, trials padded with zeros."""
-        steps = 2 if any(law.abrupt for law in laws) else 1
-        longest = max(trial.samples for trial in self.trials)
-        plants = [list(row) for row in self._plants(variants, steps)]
-        whole = all(not _changes_data(m) for m in variants[0].mechanisms)
-        u, smooth, y = [], [], []
-        for trial in self.trials:
+    ) -> list[tuple[Array, Array]]:
+        """Return innovations of corrected outputs and states of hypotheses with laws, by trial."""
+        laws = [laws_of(variant.mechanisms) for variant in variants]
+        steps = 2 if any(law.abrupt for law in laws[0]) else 1
+        plants = self._plants(variants, steps)
+        whole = not any(_changes_data(m) for m in variants[0].mechanisms)
+        outputs = self.trials[0].outputs
+        limits = np.array([limits_of(v.mechanisms, outputs) for v in variants])
+
+        def one(number: int) -> tuple[Array, Array]:
+            trial, n = self.trials[number], len(plants[number][0].A)
             sounds = [corrected(trial, v.mechanisms) for v in (variants[:1] if whole else variants)]
-            u.append([_padded(s.u, longest) for s in sounds])
-            smooth.append([_padded(self.smooth(s.u), longest) for s in sounds])
-            y.append([_padded(s.y, longest) for s in sounds])
-        n = len(plants[0][0].A)
-        start = np.zeros((len(self.trials), n)) if starts is None else np.array(starts)
-        return with_laws(
-            plants,
-            gains,
-            _batched(variants, laws),
-            np.array(u),
-            np.array(smooth),
-            np.array(y),
-            start,
-            np.array([limits_of(v.mechanisms, self.trials[0].outputs) for v in variants])[None],
-            steps,
-            self.step_s,
-        )
+            return with_laws(
+                plants[number],
+                gains[number],
+                laws,
+                np.array([s.u for s in sounds]),
+                np.array([self.smooth(s.u) for s in sounds]),
+                np.array([s.y for s in sounds]),
+                np.zeros(n) if starts is None else np.asarray(starts[number]),
+                limits,
+                steps,
+                self.step_s,
+            )
+
+        return [one(number) for number in range(len(self.trials))]
 
     def start_effects(self, hypothesis: Hypothesis, gains: Sequence[Gain]) -> list[Array]:
         """Return the innovations of unit initial states, one (n, samples, m) a trial."""
@@ -239,22 +236,3 @@ def limits_of(mechanisms: Sequence[Mechanism], outputs: Sequence[str]) -> Array:
         if isinstance(mechanism, ChannelFault) and mechanism.limit() is not None:
             limits[list(outputs).index(mechanism.place)] = mechanism.limit()
     return limits
-
-
-def _batched(variants: Sequence[Hypothesis], laws: Sequence[Law]) -> tuple[Law, ...]:
-    """Return the laws with parameters as arrays (1, variants)."""
-    if len(variants) == 1:
-        return tuple(laws)
-    rows = [laws_of(variant.mechanisms) for variant in variants]
-    out = []
-    for position, law in enumerate(laws):
-        values = {
-            name: np.array([[row[position].values[name] for row in rows]])
-            for name in law.parameters
-        }
-        out.append(law.with_values(values))
-    return tuple(out)
-
-
-def _padded(table: Array, length: int) -> Array:
-    return np.vstack([table, np.zeros((length - len(table), table.shape[1]))])

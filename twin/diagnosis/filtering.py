@@ -179,9 +179,9 @@ def smoothed(plant: Sampled, gains: Gain, filtered: Filtered) -> Array:
 
 
 def with_laws(
-    plants: Sequence[Sequence[Sampled]],
-    gains: Sequence[Gain],
-    laws: Sequence[Law],
+    plants: Sequence[Sampled],
+    gains: Gain,
+    laws: Sequence[tuple[Law, ...]],
     u: Array,
     smooth: Array,
     y: Array,
@@ -190,98 +190,50 @@ def with_laws(
     steps: int,
     step_s: float,
 ) -> tuple[Array, Array]:
-    """Return innovations and predicted states of variants of a plant with laws.
+    """Return innovations and predicted states of variants of a plant with laws on one trial.
 
     Args:
-        plants: [trial][variant], sampled at ``step_s / steps``.
-        gains: one a trial.
-        laws: in the plants' order; their parameters are numbers or (1, variants).
-        u: (trials, variants or 1, samples, r) at the samples, trials padded to one length.
+        plants: one a variant, sampled at ``step_s / steps``.
+        gains: used for all variants.
+        laws: of each variant, in the plants' order.
+        u: (variants or 1, samples, r) at the samples.
         smooth: the same as they drive the states.
-        y: (trials, variants or 1, samples, m).
-        start: initial states, (trials, n).
-        limits: clipping levels of the outputs, infinite where there is none, (1, variants, m).
+        y: (variants or 1, samples, m).
+        start: initial state, (n,).
+        limits: clipping levels of the outputs, infinite where there is none, (variants, m).
         steps: integration steps a sample.
         step_s: sampling interval [s].
 
     Returns:
-        Innovations (trials, variants, samples, m) and states (trials, variants, samples, n).
+        Innovations (variants, samples, m) and states x(k|k-1) (variants, samples, n).
     """
+    from twin.diagnosis.compiled import numbers_of, stepper
+
     def stack(pick: str) -> Array:
-        return np.array([[getattr(p, pick) for p in row] for row in plants])
+        return np.array([getattr(p, pick) for p in plants])
 
     def inner(pick: str) -> Array:
-        return np.array([[getattr(p.plant, pick) for p in row] for row in plants])
+        return np.array([getattr(p.plant, pick) for p in plants])
 
-    A, B0, B1, E0, E1 = (stack(name) for name in ("A", "B0", "B1", "E0", "E1"))
-    C, D, Fd = (inner(name) for name in ("C", "D", "F"))
-    pick = np.concatenate([inner("drift"), inner("rate")], axis=2)  # (t, v, 2 laws, n)
-    count = len(laws)
-    trials, variants, n = A.shape[0], A.shape[1], A.shape[2]
-    samples, m = y.shape[2], y.shape[3]
-    Kf = np.array([g.filtered for g in gains])[:, None]
-    Kw = np.array([g.carried for g in gains])[:, None]
-    direct = _entered(D, u)
-    share = np.arange(steps + 1) / steps
-    following = np.concatenate([smooth[:, :, 1:], smooth[:, :, -1:]], axis=2)
-    driven = []
-    for s in range(steps):
-        low = smooth + share[s] * (following - smooth)
-        high = smooth + share[s + 1] * (following - smooth)
-        driven.append(_entered(B0, low) + _entered(B1, high))
-    h = step_s / steps
-    x = np.broadcast_to(start[:, None, :], (trials, variants, n))[..., None].copy()
-    memory = np.zeros((count, trials, variants))
-    innovations = np.empty((samples, trials, variants, m))
-    states = np.empty((samples, trials, variants, n))
-    remembers = any(law.memory for law in laws)
-    clip = limits if np.any(np.isfinite(limits)) else None
-
-    def forces(x: Array, memory: Array, t: float) -> Array:
-        motion = (pick @ x)[..., 0]
-        out = np.empty((trials, variants, count, 1))
-        for j, law in enumerate(laws):
-            out[:, :, j, 0] = law.force(motion[:, :, j], motion[:, :, count + j], memory[j], t)
-        return out
-
-    def recall(memory: Array, x: Array, after: Array) -> Array:
-        before, now = (pick @ x)[..., 0], (pick @ after)[..., 0]
-        return np.array(
-            [law.remember(memory[j], before[:, :, j], now[:, :, j]) for j, law in enumerate(laws)]
-        )
-
-    outputs = np.moveaxis(y, 2, 0)
-    both = E0 + E1
-    f = forces(x, memory, 0.0)
-    for k in range(samples):
-        t = k * step_s
-        predicted = (C @ x + Fd @ f)[..., 0] + direct[k]
-        if clip is not None:
-            predicted = np.clip(predicted, -clip, clip)
-        e = outputs[k] - predicted
-        innovations[k] = e
-        states[k] = x[..., 0]
-        corrected = x + Kf @ e[..., None]
-        if remembers:
-            memory = recall(memory, x, corrected)
-        f = forces(corrected, memory, t)
-        x = corrected
-        for s in range(steps):
-            free = A @ x + driven[s][k][..., None]
-            if s == steps - 1:
-                free += Kw @ e[..., None]
-            ahead_of = free + both @ f
-            later = recall(memory, x, ahead_of) if remembers else memory
-            g = forces(ahead_of, later, t + (s + 1) * h)
-            x_next = ahead_of + E1 @ (g - f)
-            if remembers:
-                memory = recall(memory, x, x_next)
-            # the force at the corrected end differs from g by the step's third order
-            x, f = x_next, g
-        np.clip(x, -1e6, 1e6, out=x)
-    return np.moveaxis(innovations, 0, 2), np.moveaxis(states, 0, 2)
-
-
-def _entered(matrix: Array, u: Array) -> Array:
-    """Return matrix u(k) for all samples: (t, v, n, r) and (t, v or 1, k, r) to (k, t, v, n)."""
-    return np.moveaxis(np.matmul(u, np.swapaxes(matrix, 2, 3)), 2, 0)
+    classes = tuple(type(law) for law in laws[0])
+    run = stepper(classes, tuple(len(law.numbers) for law in laws[0]))
+    variants, n, (samples, m) = len(plants), len(plants[0].A), y.shape[1:]
+    innovations, states = np.empty((variants, samples, m)), np.empty((variants, samples, n))
+    dense = np.ascontiguousarray
+    run(
+        *(stack(name) for name in ("A", "B0", "B1", "E0", "E1")),
+        *(inner(name) for name in ("C", "D", "F", "drift", "rate")),
+        dense(gains.filtered),
+        dense(gains.carried),
+        dense(u),
+        dense(smooth),
+        dense(y),
+        dense(start),
+        dense(limits),
+        numbers_of(list(laws)),
+        steps,
+        step_s,
+        innovations,
+        states,
+    )
+    return innovations, states

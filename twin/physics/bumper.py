@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import mujoco
 import numpy as np
 
 from twin.parameter import Parameter
 from twin.physics.edits import add_drift_tendon
-from twin.physics.mechanism import Array, Law, Surroundings
+from twin.physics.mechanism import Law, Surroundings
 from twin.physics.scales import peak
 
 FAR = 1000.0
 """Where a tendon's spring has no other end [m]."""
+
+
+def law(drift: Any, rate: Any, memory: Any, time: Any, stiffness: Any, gap: Any) -> Any:
+    """Return the force of the stop [N]."""
+    side = np.sign(gap)
+    return stiffness * side * np.maximum(side * (drift - gap), 0.0)
 
 
 @dataclass(frozen=True)
@@ -38,12 +44,7 @@ class Bumper(Law):
     stiffness: float = 0.0
     gap: float = 1.0
 
-    def force(self, drift: Array, rate: Array, memory: Array, time: Array) -> Array:
-        """Return the force of the stop [N]."""
-        beyond = drift - self.gap
-        return self.stiffness * np.where(
-            np.asarray(self.gap) < 0, np.minimum(beyond, 0), np.maximum(beyond, 0)
-        )
+    law = staticmethod(law)
 
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Add a tendon along the drift whose spring has a dead range up to the gap."""

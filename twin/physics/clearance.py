@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import mujoco
 import numpy as np
 
 from twin.parameter import Parameter
 from twin.physics.edits import add_drift_tendon
-from twin.physics.mechanism import Array, Law, Surroundings
+from twin.physics.mechanism import Law, Surroundings
 from twin.physics.scales import peak
+
+
+def law(
+    drift: Any, rate: Any, memory: Any, time: Any, stiffness: Any, gap: Any, replaced: Any
+) -> Any:
+    """Return the force of the part, less what it takes over [N]."""
+    beyond = np.maximum(drift - np.abs(gap), 0.0) + np.minimum(drift + np.abs(gap), 0.0)
+    return stiffness * beyond - replaced * drift
 
 
 @dataclass(frozen=True)
@@ -43,10 +51,7 @@ class Clearance(Law):
         """Return a part ``factor`` times as stiff, taking over as much more."""
         return self._times(factor, "stiffness", "replaced")
 
-    def force(self, drift: Array, rate: Array, memory: Array, time: Array) -> Array:
-        """Return the force of the part, less what it takes over [N]."""
-        beyond = drift - np.clip(drift, -np.abs(self.gap), np.abs(self.gap))
-        return self.stiffness * beyond - self.replaced * drift
+    law = staticmethod(law)
 
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Add a tendon whose spring has a dead range, and one that takes stiffness away."""

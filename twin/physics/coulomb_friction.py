@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import mujoco
 import numpy as np
 
 from twin.parameter import Parameter
 from twin.physics.edits import add_drift_tendon, add_friction
-from twin.physics.mechanism import Array, Law, Surroundings
+from twin.physics.mechanism import Law, Surroundings
 from twin.physics.scales import rms
+
+
+def law(
+    drift: Any, rate: Any, memory: Any, time: Any, sliding_force: Any, regular_rate: Any
+) -> Any:
+    """Return F tanh(v / regular_rate) [N]."""
+    return sliding_force * np.tanh(rate / regular_rate)
 
 
 @dataclass(frozen=True)
@@ -36,9 +43,7 @@ class CoulombFriction(Law):
     sliding_force: float = 0.0
     regular_rate: float = 1e-4
 
-    def force(self, drift: Array, rate: Array, memory: Array, time: Array) -> Array:
-        """Return F tanh(v / regular_rate) [N]."""
-        return self.sliding_force * np.tanh(rate / self.regular_rate)
+    law = staticmethod(law)
 
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Add a tendon along the drift with dry friction: it sticks as the ideal law does."""

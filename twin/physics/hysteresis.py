@@ -3,19 +3,57 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import mujoco
 import numpy as np
 
 from twin.parameter import Parameter
 from twin.physics.edits import add_drift_tendon
-from twin.physics.mechanism import Array, Law, Surroundings
+from twin.physics.mechanism import Law, Surroundings
 from twin.physics.scales import rms
 from twin.physics.sliders import as_sliders
 
 SUBSTEPS = 4
 """Steps of the memory from one drift to the next."""
+
+
+def law(
+    drift: Any,
+    rate: Any,
+    memory: Any,
+    time: Any,
+    stiffness: Any,
+    yield_force: Any,
+    sharpness: Any,
+    replaced: Any,
+) -> Any:
+    """Return z - replaced d [N]."""
+    return memory - replaced * drift
+
+
+def flow(
+    memory: Any,
+    before: Any,
+    after: Any,
+    stiffness: Any,
+    yield_force: Any,
+    sharpness: Any,
+    replaced: Any,
+) -> Any:
+    """Return z after the drift went from ``before`` to ``after``, by midpoint steps."""
+    step = (after - before) / SUBSTEPS
+    z = np.minimum(np.maximum(memory, -yield_force), yield_force)
+    for _ in range(SUBSTEPS):
+        loading = 0.5 + 0.5 * np.sign(step * z)
+        slope = 1.0 - np.abs(z / yield_force) ** sharpness * loading
+        middle = z + 0.5 * step * stiffness * slope
+        middle = np.minimum(np.maximum(middle, -yield_force), yield_force)
+        loading = 0.5 + 0.5 * np.sign(step * middle)
+        slope = 1.0 - np.abs(middle / yield_force) ** sharpness * loading
+        z = z + step * stiffness * slope
+        z = np.minimum(np.maximum(z, -yield_force), yield_force)
+    return z
 
 
 @dataclass(frozen=True)
@@ -55,25 +93,9 @@ class Hysteresis(Law):
         """Return a joint that carries ``factor`` times as much at the same drifts."""
         return self._times(factor, "stiffness", "yield_force", "replaced")
 
-    def force(self, drift: Array, rate: Array, memory: Array, time: Array) -> Array:
-        """Return z - replaced d [N]."""
-        return memory - self.replaced * drift
+    law = staticmethod(law)
 
-    def remember(self, memory: Array, before: Array, after: Array) -> Array:
-        """Return z after the drift went from ``before`` to ``after``, by midpoint steps."""
-        step = (after - before) / SUBSTEPS
-        z = np.clip(memory, -self.yield_force, self.yield_force)
-        for _ in range(SUBSTEPS):
-            middle = z + 0.5 * step * self._slope(z, step)
-            middle = np.clip(middle, -self.yield_force, self.yield_force)
-            z = np.clip(z + step * self._slope(middle, step), -self.yield_force, self.yield_force)
-        return np.asarray(z)
-
-    def _slope(self, z: Array, step: Array) -> Array:
-        """dz/dd [N/m]."""
-        loading = 0.5 + 0.5 * np.sign(step * z)
-        slope = 1 - np.abs(z / self.yield_force) ** self.sharpness * loading
-        return np.asarray(self.stiffness * slope)
+    flow = staticmethod(flow)
 
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Add elasto-plastic tendons along the drift, and one that takes stiffness away."""

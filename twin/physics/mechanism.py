@@ -151,13 +151,24 @@ class Law(Mechanism):
     memory: ClassVar[int] = 0
     abrupt: ClassVar[bool] = False
 
-    @abstractmethod
-    def force(self, drift: Array, rate: Array, memory: Array, time: Array) -> Array:
+    law: ClassVar[Callable[..., Any]]
+    """f(drift, rate, memory, time, *numbers), for numbers and for arrays that broadcast alike."""
+    flow: ClassVar[Callable[..., Any] | None] = None
+    """z(memory, before, after, *numbers): the internal state after a change of drift."""
+
+    @property
+    def numbers(self) -> tuple[Any, ...]:
+        """Every field but the place, in order: the law's last arguments."""
+        return tuple(getattr(self, f.name) for f in fields(self) if f.name != "place")
+
+    def force(self, drift: Array, rate: Array, memory: Array, time: Array | float) -> Array:
         """Return the force that opposes positive drift [N], broadcast over the motion."""
+        return np.asarray(type(self).law(drift, rate, memory, time, *self.numbers))
 
     def remember(self, memory: Array, before: Array, after: Array) -> Array:
         """Return the internal state after the drift went from ``before`` to ``after``."""
-        return memory
+        flow = type(self).flow
+        return memory if flow is None else np.asarray(flow(memory, before, after, *self.numbers))
 
 
 @dataclass(frozen=True)

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import mujoco
 import numpy as np
 
 from twin.parameter import Parameter
 from twin.physics.edits import add_friction, pendulum_joint
-from twin.physics.mechanism import Array, Law, Surroundings, at_pendulum
+from twin.physics.mechanism import Law, Surroundings, at_pendulum
 from twin.physics.scales import rms
+
+
+def law(drift: Any, rate: Any, memory: Any, time: Any, torque: Any, regular_rate: Any) -> Any:
+    """Return T tanh(rate / regular_rate) [N m]."""
+    return torque * np.tanh(rate / regular_rate)
 
 
 @dataclass(frozen=True)
@@ -36,9 +41,7 @@ class PendulumFriction(Law):
     torque: float = 0.0
     regular_rate: float = 1e-3
 
-    def force(self, drift: Array, rate: Array, memory: Array, time: Array) -> Array:
-        """Return T tanh(rate / regular_rate) [N m]."""
-        return self.torque * np.tanh(rate / self.regular_rate)
+    law = staticmethod(law)
 
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Give the hinge dry friction, over what it has."""

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import mujoco
 import numpy as np
 
 from twin.parameter import Parameter
 from twin.physics.edits import add_floor_tendon
-from twin.physics.mechanism import Array, Law, Surroundings
+from twin.physics.mechanism import Law, Surroundings
 from twin.physics.scales import rms
+
+
+def law(drift: Any, rate: Any, memory: Any, time: Any, coefficient: Any) -> Any:
+    """Return c v |v| [N]."""
+    return coefficient * rate * np.abs(rate)
 
 
 @dataclass(frozen=True)
@@ -29,9 +34,7 @@ class QuadraticDrag(Law):
 
     coefficient: float = 0.0
 
-    def force(self, drift: Array, rate: Array, memory: Array, time: Array) -> Array:
-        """Return c v |v| [N]."""
-        return self.coefficient * rate * np.abs(rate)
+    law = staticmethod(law)
 
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Add a tendon along the floor's displacement with a polynomial damping."""

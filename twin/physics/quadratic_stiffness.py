@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import mujoco
 
 from twin.parameter import Parameter
 from twin.physics.edits import add_drift_tendon
-from twin.physics.mechanism import Array, Law, Surroundings
+from twin.physics.mechanism import Law, Surroundings
 from twin.physics.scales import rms
+
+
+def law(drift: Any, rate: Any, memory: Any, time: Any, stiffness: Any) -> Any:
+    """Return k2 d^2 [N]."""
+    return stiffness * drift**2
 
 
 @dataclass(frozen=True)
@@ -28,9 +33,7 @@ class QuadraticStiffness(Law):
 
     stiffness: float = 0.0
 
-    def force(self, drift: Array, rate: Array, memory: Array, time: Array) -> Array:
-        """Return k2 d^2 [N]."""
-        return self.stiffness * drift**2
+    law = staticmethod(law)
 
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Add a tendon with a polynomial stiffness, whose second coefficient is even."""

@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import mujoco
 
 from twin.parameter import Parameter
 from twin.physics.edits import add_drift_tendon
-from twin.physics.mechanism import Array, Law, Surroundings
+from twin.physics.mechanism import Law, Surroundings
 
 CLOCK = "stiffness_drift_clock"
 """How the names of the actuators end that keep the time."""
+
+
+def law(
+    drift: Any, rate: Any, memory: Any, time: Any, share_rate: Any, storey_stiffness: Any
+) -> Any:
+    """Return storey_stiffness rate t d [N]."""
+    return storey_stiffness * share_rate * time * drift
 
 
 @dataclass(frozen=True)
@@ -35,9 +42,7 @@ class StiffnessDrift(Law):
     rate: float = 0.0
     storey_stiffness: float = 1.0
 
-    def force(self, drift: Array, rate: Array, memory: Array, time: Array) -> Array:
-        """Return storey_stiffness rate t d [N]."""
-        return self.storey_stiffness * self.rate * time * drift
+    law = staticmethod(law)
 
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Add an actuator whose activation is the time and whose gain is the drift."""
