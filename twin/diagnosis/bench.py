@@ -19,11 +19,14 @@ from twin.diagnosis.filtering import (
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.plant import Sampled, build, laws_of, sampled
 from twin.diagnosis.trials import Trial
-from twin.physics.mechanism import ChannelFault, Mechanism
+from twin.physics.mechanism import ChannelFault, Law, Mechanism
 from twin.second_order import SecondOrderModel
 
 Array = NDArray[np.float64]
 Between = Literal["band_limited", "linear", "held"]
+
+STEPS, ABRUPT_STEPS = 2, 4
+"""Integration steps a sample for laws that are smooth, and for those with corners."""
 
 LEAST_NOISE = 1e-4
 """Smallest noise of a channel as a share of its RMS: below it the filter has nothing to weigh."""
@@ -160,23 +163,23 @@ class Bench:
         starts: Sequence[Array] | None,
     ) -> list[Array]:
         scale = np.array([as_recorded(self.trials[0], v.mechanisms) for v in variants])[:, None]
-        return [e * scale for e, _ in self.stepped(variants, gains, starts)]
+        return [e * scale for e, _, _ in self.stepped(variants, gains, starts)]
 
     def stepped(
         self,
         variants: Sequence[Hypothesis],
         gains: Sequence[Gain],
         starts: Sequence[Array] | None,
-    ) -> list[tuple[Array, Array]]:
-        """Return innovations of corrected outputs and states of hypotheses with laws, by trial."""
+    ) -> list[tuple[Array, Array, Array]]:
+        """Return innovations of corrected outputs, states and memories of variants, by trial."""
         laws = [laws_of(variant.mechanisms) for variant in variants]
-        steps = 2 if any(law.abrupt for law in laws[0]) else 1
+        steps = steps_for(laws[0])
         plants = self._plants(variants, steps)
         whole = not any(_changes_data(m) for m in variants[0].mechanisms)
         outputs = self.trials[0].outputs
         limits = np.array([limits_of(v.mechanisms, outputs) for v in variants])
 
-        def one(number: int) -> tuple[Array, Array]:
+        def one(number: int) -> tuple[Array, Array, Array]:
             trial, n = self.trials[number], len(plants[number][0].A)
             sounds = [corrected(trial, v.mechanisms) for v in (variants[:1] if whole else variants)]
             return with_laws(
@@ -221,6 +224,11 @@ def as_recorded(trial: Trial, mechanisms: Sequence[Mechanism]) -> Array:
         if isinstance(mechanism, ChannelFault) and mechanism.place in trial.outputs:
             scale[trial.outputs.index(mechanism.place)] *= np.exp(-mechanism.log_volume())
     return scale
+
+
+def steps_for(laws: Sequence[Law]) -> int:
+    """Return the integration steps a sample that these laws need."""
+    return ABRUPT_STEPS if any(law.abrupt for law in laws) else STEPS
 
 
 def _changes_data(mechanism: Mechanism) -> bool:

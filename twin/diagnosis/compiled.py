@@ -51,7 +51,7 @@ def stepper(laws: tuple[type[Law], ...], counts: tuple[int, ...]) -> Callable[..
     @numba.njit(nogil=True)
     def step_through(
         A, B0, B1, E0, E1, C, D, F, drift, rate, Kf, Kw, u, smooth, y, start, limits, numbers,
-        steps, step_s, innovations, states,
+        memory, begin_s, steps, step_s, innovations, states, memories,
     ):  # fmt: skip
         variants, n = A.shape[0], A.shape[1]
         samples, m = y.shape[1], y.shape[2]
@@ -63,16 +63,16 @@ def stepper(laws: tuple[type[Law], ...], counts: tuple[int, ...]) -> Callable[..
         for v in range(variants):
             w = v if u.shape[0] > 1 else 0
             x[:] = start
-            z[:] = 0.0
+            z[:] = memory
             for j in range(count):
                 d = 0.0
                 s = 0.0
                 for i in range(n):
                     d += drift[v, j, i] * x[i]
                     s += rate[v, j, i] * x[i]
-                f[j] = force_of(j, d, s, z[j], 0.0, numbers[v, j])
+                f[j] = force_of(j, d, s, z[j], begin_s, numbers[v, j])
             for k in range(samples):
-                t = k * step_s
+                t = begin_s + k * step_s
                 for o in range(m):
                     predicted = 0.0
                     for i in range(n):
@@ -85,6 +85,8 @@ def stepper(laws: tuple[type[Law], ...], counts: tuple[int, ...]) -> Callable[..
                     predicted = min(max(predicted, -limit), limit)
                     e[o] = y[w, k, o] - predicted
                     innovations[v, k, o] = e[o]
+                for j in range(count):
+                    memories[v, k, j] = z[j]
                 for i in range(n):
                     states[v, k, i] = x[i]
                     add = 0.0

@@ -65,7 +65,10 @@ def gain(
     # Balanced units: accelerations of microns a second squared beside metres a second squared.
     scale = 1 / np.sqrt(np.diag(R))
     Cs, Rs, Ss = scale[:, None] * C, scale[:, None] * R * scale, S * scale
-    P = np.asarray(linalg.solve_discrete_are(plant.A.T, Cs.T, Q, Rs, s=Ss))
+    try:
+        P = np.asarray(linalg.solve_discrete_are(plant.A.T, Cs.T, Q, Rs, s=Ss))
+    except ValueError as error:  # scipy's name for a failed reordering, or for values not finite
+        raise np.linalg.LinAlgError(str(error)) from None
     Se = Cs @ P @ Cs.T + Rs
     inverse = np.linalg.inv(Se)
     filtered = P @ Cs.T @ inverse
@@ -85,17 +88,20 @@ def recursion(F: Array, g: Array, start: Array | None = None) -> Array:
     Solved in the modes of F, each a first-order filter.
     """
     poles, V = np.linalg.eig(F)
-    if np.linalg.cond(V) > 1e10:
+    inverse = np.linalg.inv(V)
+    if not np.linalg.norm(V) * np.linalg.norm(inverse) < 1e10:
         return _stepwise(F, g, start)
-    modal = g @ np.linalg.inv(V).T
-    initial = np.zeros(len(F)) if start is None else start
-    modal0 = np.linalg.solve(V, initial.astype(complex))
-    out = np.empty((len(g), len(F)), complex)
-    out[0] = modal0
-    for i, pole in enumerate(poles):
-        tail, _ = signal.lfilter([1.0], [1.0, -pole], modal[:-1, i], zi=[pole * modal0[i]])
-        out[1:, i] = tail
-    return np.asarray((out @ V.T).real)
+    # of each conjugate pair one is enough
+    keep = np.flatnonzero(poles.imag >= 0)
+    weight = np.where(poles.imag[keep] > 0, 2.0, 1.0)
+    modal = g[:-1] @ inverse[keep].T
+    out = np.empty((len(g), len(keep)), complex)
+    out[0] = 0.0 if start is None else inverse[keep] @ start
+    for i, pole in enumerate(poles[keep]):
+        first = [pole * out[0, i]]
+        out[1:, i], _ = signal.lfilter([1.0], [1.0, -pole], modal[:, i], zi=first)
+    back = (V[:, keep] * weight).T
+    return np.asarray(out.real @ back.real - out.imag @ back.imag)
 
 
 def _stepwise(F: Array, g: Array, start: Array | None) -> Array:
@@ -189,8 +195,10 @@ def with_laws(
     limits: Array,
     steps: int,
     step_s: float,
-) -> tuple[Array, Array]:
-    """Return innovations and predicted states of variants of a plant with laws on one trial.
+    memory: Array | None = None,
+    begin_s: float = 0.0,
+) -> tuple[Array, Array, Array]:
+    """Return innovations, predicted states and memories of variants of a plant with laws on one trial.
 
     Args:
         plants: one a variant, sampled at ``step_s / steps``.
@@ -203,9 +211,12 @@ def with_laws(
         limits: clipping levels of the outputs, infinite where there is none, (variants, m).
         steps: integration steps a sample.
         step_s: sampling interval [s].
+        memory: the laws' internal states at the start, (laws,), or zero.
+        begin_s: time of the first sample [s].
 
     Returns:
-        Innovations (variants, samples, m) and states x(k|k-1) (variants, samples, n).
+        Innovations (variants, samples, m), states x(k|k-1) (variants, samples, n) and internal
+        states before each sample (variants, samples, laws).
     """
     from twin.diagnosis.compiled import numbers_of, stepper
 
@@ -219,6 +230,7 @@ def with_laws(
     run = stepper(classes, tuple(len(law.numbers) for law in laws[0]))
     variants, n, (samples, m) = len(plants), len(plants[0].A), y.shape[1:]
     innovations, states = np.empty((variants, samples, m)), np.empty((variants, samples, n))
+    memories = np.zeros((variants, samples, len(classes)))
     dense = np.ascontiguousarray
     run(
         *(stack(name) for name in ("A", "B0", "B1", "E0", "E1")),
@@ -231,9 +243,12 @@ def with_laws(
         dense(start),
         dense(limits),
         numbers_of(list(laws)),
+        np.zeros(len(classes)) if memory is None else dense(memory),
+        begin_s,
         steps,
         step_s,
         innovations,
         states,
+        memories,
     )
-    return innovations, states
+    return innovations, states, memories

@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.filtering import Gain
 from twin.diagnosis.hypothesis import Hypothesis, Unknown
-from twin.diagnosis.plant import laws_of
 
 Array = NDArray[np.float64]
 
-SLACKS = (1e-5, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3)
+SLACKS = (1e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3)
 """Force noise that a filter may assume beyond the measured one, as a share of inertia forces."""
 
 STEP = 1e-3
@@ -89,7 +88,8 @@ def log_likelihood(innovations: Sequence[Array]) -> float:
 
 def log_prior(unknowns: Sequence[Unknown], vector: Array) -> float:
     """Return the log prior of the base's deviations, up to a constant."""
-    return float(-0.5 * sum((v / u.prior_std) ** 2 for u, v in zip(unknowns, vector, strict=True)))
+    pulls = [(v - u.prior_mean) / u.prior_std for u, v in zip(unknowns, vector, strict=True)]
+    return float(-0.5 * np.sum(np.square(pulls)))
 
 
 class _Problem:
@@ -215,7 +215,8 @@ def _normal(
     """
     p = len(unknowns)
     precision = np.array([0.0 if np.isinf(u.prior_std) else u.prior_std**-2 for u in unknowns])
-    H, gradient = np.diag(precision), precision * theta
+    mean = np.array([u.prior_mean for u in unknowns])
+    H, gradient = np.diag(precision), precision * (theta - mean)
     parts = []
     for i, S in enumerate(covariances(e)):
         W = np.linalg.inv(np.linalg.cholesky(S)).T
@@ -245,7 +246,10 @@ def with_slack(bench: Bench, found: Fit, slacks: Sequence[float] = SLACKS) -> Fi
     for slack in slacks:
         if slack == found.slack:
             continue
-        gains = gains_of(bench, found.hypothesis, slack)
+        try:
+            gains = gains_of(bench, found.hypothesis, slack)
+        except np.linalg.LinAlgError:
+            continue
         rows = bench.innovations([found.hypothesis], gains, found.starts)
         e = tuple(row[0] for row in rows)
         value = log_likelihood(e)
@@ -280,7 +284,7 @@ def refined(
     hypothesis = max(starts, key=lambda h: _posterior(bench, h, slack, states))
     best = fit(bench, hypothesis, slack, states, iterations)
     for _ in range(rounds):
-        near = [s for s in SLACKS if best.slack / 35 < s < best.slack * 12]
+        near = [s for s in SLACKS if best.slack / 35 < s < best.slack * 35]
         moved = with_slack(bench, best, near)
         before = best.log_posterior
         best = fit(bench, moved.hypothesis, moved.slack, moved.starts, iterations)
@@ -298,8 +302,3 @@ def _posterior(
     unknowns = hypothesis.unknowns()
     rows = bench.innovations([hypothesis], gains, begin)
     return log_likelihood([r[0] for r in rows]) + log_prior(unknowns, hypothesis.vector(unknowns))
-
-
-def abrupt(hypothesis: Hypothesis) -> bool:
-    """Return whether a law of the hypothesis has corners."""
-    return any(law.abrupt for law in laws_of(hypothesis.mechanisms))

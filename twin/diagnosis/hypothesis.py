@@ -21,7 +21,8 @@ class Unknown:
         name: of the parameter.
         log: whether its logarithm is what is fitted.
         size: a change of it that matters, in the fitted coordinate.
-        prior_std: standard deviation of its normal prior about zero, or infinite.
+        prior_std: standard deviation of its normal prior, or infinite.
+        prior_mean: of that prior.
     """
 
     index: int
@@ -29,6 +30,7 @@ class Unknown:
     log: bool
     size: float
     prior_std: float = np.inf
+    prior_mean: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -68,6 +70,9 @@ class Hypothesis:
                 if index < len(self.base):
                     std = self.tolerance[index]
                     out.append(Unknown(index, name, False, std, std))
+                elif name in mechanism.prior:
+                    mean, std = mechanism.prior[name]
+                    out.append(Unknown(index, name, False, std, std, mean))
                 elif parameter.scale == "log":
                     out.append(Unknown(index, name, True, 0.3))
                 else:

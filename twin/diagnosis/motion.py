@@ -109,7 +109,7 @@ def motion_of(bench: Bench, fit: Fit) -> tuple[list[Array], Bench, Fit]:
     laws = laws_of(fit.hypothesis.mechanisms)
     if not laws:
         return states(bench, fit), bench, fit
-    first = [x[0] for _, x in bench.stepped([fit.hypothesis], fit.gains, fit.starts)]
+    first = [x[0] for _, x, _ in bench.stepped([fit.hypothesis], fit.gains, fit.starts)]
     known, rest = with_known_forces(bench, fit, first)
     plain = refit_gains(known, rest, fit)
     moved = states(known, plain)

@@ -119,7 +119,7 @@ def _fitted(scene: Scene, starts: Sequence[Mechanism]) -> Candidate:
             gains = gains_of(bench, hypothesis, fit0.slack)
             begin = [_grown(s, g) for s, g in zip(fit0.starts, gains, strict=True)]
             rows = bench.innovations([hypothesis], gains, begin)
-        except (np.linalg.LinAlgError, ValueError):
+        except np.linalg.LinAlgError:
             continue
         found = log_likelihood([row[0] for row in rows])
         if found > value:
@@ -131,7 +131,7 @@ def _fitted(scene: Scene, starts: Sequence[Mechanism]) -> Candidate:
         return Candidate(best, value - fit0.log_likelihood)
     try:
         found_fit = fit(bench, hypothesis, fit0.slack, fit0.starts, iterations=3)
-    except (np.linalg.LinAlgError, ValueError):
+    except np.linalg.LinAlgError:
         return Candidate(best, value - fit0.log_likelihood)
     gained = found_fit.log_posterior - fit0.log_posterior
     rest = replace(found_fit.hypothesis, found=found_fit.hypothesis.found[:-1])
@@ -184,7 +184,8 @@ class _Regression:
             J.append(self.whitened(i, d))
             e.append((own @ self.W[i]).reshape(-1, 1))
         prior = np.diag([0.0 if np.isinf(u.prior_std) else u.size / u.prior_std for u in unknowns])
-        pull = -theta / size * np.diag(prior)  # the prior's residual is prior (theta + step) / size
+        mean = np.array([u.prior_mean for u in unknowns])
+        pull = -(theta - mean) / size * np.diag(prior)  # the prior's residual is prior (theta + step) / size
         self.lengths = [len(x) for x in e]
         blocks = [np.vstack([*J, prior])]
         starts = []
@@ -259,11 +260,15 @@ def locate(scene: Scene, levels: Sequence[float] = (1e-3, 3e-3, 1e-2, 3e-2, 0.1)
         values = []
         for level in levels if place else (0.0,):
             gains = []
-            for trial, plant in zip(bench.trials, plants, strict=True):
-                scale = float(np.max(bench.force_scale(trial, plant)))
-                inner = plant.plant.model
-                latent = level * scale * place_vector(inner, place) if place else None
-                gains.append(bench.gain(trial, plant, 1e-5, latent))
+            try:
+                for trial, plant in zip(bench.trials, plants, strict=True):
+                    scale = float(np.max(bench.force_scale(trial, plant)))
+                    inner = plant.plant.model
+                    latent = level * scale * place_vector(inner, place) if place else None
+                    gains.append(bench.gain(trial, plant, 1e-5, latent))
+            except np.linalg.LinAlgError:
+                values.append(-np.inf)
+                continue
             rows = bench.innovations([fit0.hypothesis], gains, fit0.starts)
             values.append(log_likelihood([row[0] for row in rows]))
         if place is None:

@@ -2,26 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from twin.diagnosis.bench import Bench
-from twin.diagnosis.fitting import Fit, refined, with_slack
+from twin.diagnosis.fitting import Fit, fit, refined, with_slack
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.motion import motion_of
 from twin.diagnosis.screen import Candidate, Scene, locate, screen
+from twin.physics.mechanism import Disturbance, Mechanism
 
 DECISIVE = 30.0
-"""Drop of the BIC that a further mechanism must bring: odds of e^15, less the forty-odd pairs of
-mechanism and place that were looked at, less what noise that is not quite white takes."""
+"""Drop of the BIC that a mechanism must bring: odds of e^15, less the forty-odd pairs of mechanism
+and place that were looked at, less what noise that is not quite white takes."""
 
-REFINED = 5
-"""Candidates that are fitted in full at each stage, at most."""
+FURTHER_SAMPLE = 0.01
+FURTHER_SHARE = 0.01
+"""What a further mechanism must bring besides: a drop of the BIC of this much a sample, and of this
+share of all that was explained before. No model of what was found first is exact: its own errors
+(the filters' phases, the integrator's corners) must not be explained by more physics."""
 
-WORTH = 0.25
+REFINED = 4
+"""Candidates that are fitted in full at each stage, at most, besides one unmeasured force."""
+
+WORTH = 0.1
 """Candidates that promise less than this share of the best one's gain are not fitted in full."""
+
+LITTLE = 1e-3
+"""Slack up to which a filter trusts its model as it stands."""
+
+NARROW_HZ = 0.5
+"""An unmeasured force that is found beside something else must have a narrower band than this: a
+broad one is only what the first finding's model leaves over."""
 
 
 @dataclass(frozen=True)
@@ -43,11 +57,15 @@ class Stage:
 
 @dataclass(frozen=True)
 class Found:
-    """What a search found: the fit of nothing missing, the best one, and how it was reached."""
+    """What a search found: the fit of nothing missing, the best one, and how it was reached.
+
+    ``bench`` is the one that it ended with: what inputs do between samples is chosen on the way.
+    """
 
     nothing: Fit
     best: Fit
     stages: tuple[Stage, ...]
+    bench: Bench
 
 
 def search(
@@ -74,10 +92,39 @@ def search(
         tell("locating" if number == 0 else "looking for a further mechanism")
         stage = _stage(bench, current, heights, tell)
         stages.append(stage)
-        if not stage.fits or stage.fits[0].bic > current.bic - DECISIVE:
+        needed = DECISIVE
+        if number:
+            explained = nothing.bic - current.bic
+            needed += max(FURTHER_SAMPLE * bench.samples, FURTHER_SHARE * explained)
+        allowed = [f for f in stage.fits if number == 0 or _narrow(f.hypothesis.found[-1])]
+        if not allowed or allowed[0].bic > current.bic - needed:
+            if number == 0:
+                bench, current = _between(bench, current)
+                nothing = current
             break
-        current = stage.fits[0]
-    return Found(nothing, current, tuple(stages))
+        current = allowed[0]
+        if number == 0:
+            bench, current = _between(bench, current)
+    return Found(nothing, current, tuple(stages), bench)
+
+
+def _narrow(mechanism: Mechanism) -> bool:
+    """Return whether a mechanism is no disturbance, or one in a narrow band."""
+    return not isinstance(mechanism, Disturbance) or mechanism.oscillator()[1] < NARROW_HZ
+
+
+def _between(bench: Bench, current: Fit) -> tuple[Bench, Fit]:
+    """Choose what the inputs do between samples, now that the model can tell."""
+    best, chosen = current, bench
+    for between in ("linear", "held"):
+        other = replace(bench, between=between)
+        found = fit(other, current.hypothesis, current.slack, current.starts, iterations=3)
+        found = with_slack(other, found)
+        if found.log_posterior > best.log_posterior + DECISIVE / 2:
+            best, chosen = found, other
+    if chosen is not bench:
+        best = refined(chosen, [best.hypothesis], best.slack, best.starts)
+    return chosen, best
 
 
 def _stage(
@@ -87,18 +134,31 @@ def _stage(
     plain = with_slack(known, plain)
     scene = Scene(known, plain, tuple(moved), heights)
     where = locate(scene)
+    if current.hypothesis.found and _explained(current, where, bench):
+        return Stage(current, where, (), ())
     candidates = screen(scene, without=current.hypothesis.labels)
     fits = []
-    promising = [c for c in candidates if c.gain > DECISIVE / 4]
-    for candidate in promising[:REFINED]:
-        if candidate.gain < WORTH * promising[0].gain:
-            break
+    for candidate in _promising(candidates):
         tell(f"fitting {candidate.label[0]} at {candidate.label[1]}")
         found = _fitted(bench, current, candidate)
         if found is not None:
             fits.append(found)
     fits.sort(key=lambda f: f.bic)
     return Stage(current, where, tuple(candidates), tuple(fits))
+
+
+def _explained(current: Fit, where: Mapping[str, float], bench: Bench) -> bool:
+    """Return whether neither the filter nor a latent force anywhere finds anything left."""
+    return current.slack <= LITTLE and max(where.values()) < FURTHER_SAMPLE * bench.samples / 2
+
+
+def _promising(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Return the candidates that are worth fitting in full, the most promising first."""
+    worth = [c for c in candidates if c.gain > DECISIVE / 4]
+    random = [c for c in worth if isinstance(c.mechanism, Disturbance)][:1]
+    others = [c for c in worth if not isinstance(c.mechanism, Disturbance)][:REFINED]
+    others = [c for c in others if c.gain > WORTH * others[0].gain]
+    return others + random
 
 
 def _fitted(bench: Bench, current: Fit, candidate: Candidate) -> Fit | None:
@@ -113,5 +173,5 @@ def _fitted(bench: Bench, current: Fit, candidate: Candidate) -> Fit | None:
     starts.append(level.including(candidate.mechanism))
     try:
         return refined(bench, starts, current.slack, current.starts)
-    except (np.linalg.LinAlgError, ValueError, FloatingPointError):
+    except np.linalg.LinAlgError:
         return None

@@ -81,6 +81,8 @@ class Mechanism(ABC):
     """What the exported MJCF cannot hold of it, or empty."""
     stage: ClassVar[int] = 1
     """Mechanisms of a lower stage edit first: masses and the base before what depends on them."""
+    prior: ClassVar[Mapping[str, tuple[float, float]]] = {}
+    """What is known of a parameter beforehand: mean and standard deviation."""
     fields_of: ClassVar[Mapping[str, str]] = {}
     """The field that holds a parameter, where the parameter's name is that of a method."""
 

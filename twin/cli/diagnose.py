@@ -1,0 +1,158 @@
+"""``twin diagnose``: what physics a twin lacks, and the twin that has it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from twin.cli.common import Json, Out, Seed, check_json_target, console, folder, write_json
+from twin.errors import TwinError
+
+if TYPE_CHECKING:
+    from twin.diagnosis.result import Diagnosis
+
+DEFAULT_FOLDER = Path("twin-diagnosis")
+TWIN_FILE = "explained_twin.xml"
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    example = (
+        "Example: twin diagnose two_storey_lumped --train hammer.csv --train shaker.csv "
+        "--test unseen.csv --out diagnosis"
+    )
+    app.command("diagnose", epilog=example)(diagnose)
+
+
+def diagnose(
+    model: Annotated[str, typer.Argument(help="MJCF file, or a shipped model's name.")],
+    train: Annotated[list[Path], typer.Option("--train", help="Recording to explain; repeat.")],
+    test: Annotated[list[Path], typer.Option("--test", help="Unseen recording; repeat.")],
+    tolerance: Annotated[
+        float,
+        typer.Option(
+            "--tolerance", min=0.01, max=20.0,
+            help="How well masses and stiffnesses of the model are known [%].",
+        ),
+    ] = 0.4,
+    damping_tolerance: Annotated[
+        float,
+        typer.Option(
+            "--damping-tolerance", min=0.1, max=500.0, help="How well its dampings are known [%]."
+        ),
+    ] = 10.0,
+    added_mass: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--added-mass", metavar="FILE:PLACE=KG",
+            help="Mass that was bolted on for a recording; repeat.",
+        ),
+    ] = None,
+    out: Out = None,
+    seed: Seed = 0,
+    json: Json = None,
+) -> None:  # fmt: skip
+    """Say where recordings and twin differ, what physics was left out, and model it.
+
+    The recordings to explain (--train) calibrate the twin, locate the mismatch and name it; the
+    unseen ones (--test) show how much better the explained twin foresees them. Writes the explained
+    twin as MJCF, the diagnosis as JSON, an HTML report and one Rerun recording.
+    """
+    check_json_target(json)
+    terminal = console(json)
+    target = folder(out or DEFAULT_FOLDER)
+    from rich.status import Status
+
+    with Status("reading", console=terminal) as status:
+        result = run(
+            model, train, test, seed, status.update,
+            tolerance / 100, damping_tolerance / 100, masses_of(added_mass or [], [*train, *test]),
+        )  # fmt: skip
+        path = result.explained.export(target / TWIN_FILE)
+        from twin.diagnosis.result import as_json
+
+        document = as_json(result, str(path))
+        write_json(document, str(target / "diagnosis.json"))
+        status.update("drawing")
+        files = _show(result, target)
+    from twin.view.diagnosis_tables import print_diagnosis
+
+    print_diagnosis(terminal, result)
+    written = [path, target / "diagnosis.json", *files]
+    terminal.print(f"written: {', '.join(str(p) for p in written)}")
+    write_json(document, json)
+
+
+def _show(result: Diagnosis, target: Path) -> list[Path]:
+    from twin.view.diagnosis_report import write_report
+    from twin.view.diagnosis_rrd import write_diagnosis_rrd
+
+    report, recording = target / "diagnosis.html", target / "diagnosis.rrd"
+    write_report(result, report)
+    write_diagnosis_rrd(result, recording)
+    return [report, recording]
+
+
+def run(
+    model: str,
+    train: Sequence[Path],
+    test: Sequence[Path],
+    seed: int = 0,
+    tell: Callable[[str], None] = lambda message: None,
+    tolerance: float = 0.004,
+    damping_tolerance: float = 0.1,
+    added_mass: Mapping[str, Mapping[str, float]] | None = None,
+) -> Diagnosis:
+    """Read model and recordings and diagnose."""
+    from twin.diagnosis.diagnose import diagnose as whole
+    from twin.formats import read_recording
+    from twin.model import Twin
+
+    twin = Twin.load(model)
+    recordings = [[read_recording(path) for path in paths] for paths in (train, test)]
+    return whole(
+        twin, *recordings, tolerance=tolerance, damping_tolerance=damping_tolerance,
+        added_mass=added_mass, seed=seed, tell=tell,
+    )  # fmt: skip
+
+
+def diagnose_files(
+    model: str, train: list[Path], test: list[Path], out: Path | None = None, seed: int = 0
+) -> dict[str, Any]:
+    """Diagnose files and return the JSON of the contract; the twin is written where ``out`` is."""
+    from twin.diagnosis.result import as_json
+
+    result = run(model, train, test, seed)
+    path = None
+    if out is not None:
+        path = str(result.explained.export(folder(out) / TWIN_FILE))
+    return as_json(result, path)
+
+
+def masses_of(options: Sequence[str], files: Sequence[Path]) -> dict[str, dict[str, float]]:
+    """Read "FILE:floor2=0.5" options: recording's source -> place -> mass [kg].
+
+    Raises:
+        TwinError: an option that cannot be read, or a file that is not among the recordings.
+    """
+    out: dict[str, dict[str, float]] = {}
+    names = {str(path): path for path in files} | {path.name: path for path in files}
+    for option in options:
+        file, _, rest = option.rpartition(":")
+        place, _, value = rest.partition("=")
+        try:
+            mass = float(value)
+        except ValueError:
+            raise TwinError(
+                f"--added-mass {option}: expected FILE:PLACE=KG, as in test.csv:floor2=0.5"
+            ) from None
+        if file not in names:
+            raise TwinError(
+                f"--added-mass {option}: '{file}' is no recording of this diagnosis; "
+                f"there are {', '.join(sorted(p.name for p in files))}"
+            )
+        out.setdefault(names[file].name, {})[place] = mass
+    return out

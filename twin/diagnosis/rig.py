@@ -1,0 +1,117 @@
+"""Hypotheses as MuJoCo twins, and free runs of twins from the measured forces."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.diagnosis.bench import Bench, Between, corrected
+from twin.diagnosis.trials import SHAKE_TABLE, Trial
+from twin.errors import ModelError
+from twin.model import Twin
+from twin.physics.mass import Mass
+from twin.physics.mechanism import ChannelFault, Mechanism, StructuralChange
+from twin.signals.resampling import resample
+
+Array = NDArray[np.float64]
+
+FINEST_S = 1e-3
+"""Longest step of a simulation [s]."""
+
+HELD_STEPS = 16
+"""Pieces of a sampling interval in which a held input is played back."""
+
+
+def merged(mechanisms: Sequence[Mechanism]) -> tuple[Mechanism, ...]:
+    """Return mechanisms with changes of the same kind at the same place added up."""
+    out: list[Mechanism] = []
+    for mechanism in mechanisms:
+        same = [m for m in out if type(m) is type(mechanism) and m.place == mechanism.place]
+        if same and isinstance(mechanism, StructuralChange) and "change" in mechanism.parameters:
+            total = same[0].values["change"] + mechanism.values["change"]
+            out[out.index(same[0])] = same[0].with_values({"change": total})
+        else:
+            out.append(mechanism)
+    return tuple(out)
+
+
+def twin_with(twin: Twin, mechanisms: Sequence[Mechanism]) -> Twin:
+    """Return a twin that has the mechanisms; those that change nothing are left out."""
+    kept = [m for m in merged(mechanisms) if m.values.get("change", 1.0) != 0.0]
+    return twin.including(*kept)
+
+
+def heights_of(twin: Twin) -> dict[str, float]:
+    """Return the heights of the storeys [m], from the bodies' initial positions."""
+    model = twin.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    out, below = {}, float(data.body("ground").xpos[2])
+    for floor in twin.floors:
+        level = float(data.body(floor).xpos[2])
+        out[floor.replace("floor", "storey")] = max(level - below, 1e-3)
+        below = level
+    return out
+
+
+def free_run(twin: Twin, trial: Trial, between: Between) -> Array:
+    """Return the outputs of a simulation from rest, as the instruments record them.
+
+    Args:
+        twin: with its mechanisms; faults of its channels are applied.
+        trial: for the measured inputs and added masses.
+        between: what the inputs do between samples.
+
+    Returns:
+        (samples, m); NaN throughout where the motion diverges.
+    """
+    sound = corrected(trial, [m for m in twin.mechanisms if _of_input(m, trial)])
+    fine = max(1, math.ceil(1 / (FINEST_S * trial.sampling_hz) - 1e-9))
+    rate = trial.sampling_hz
+    u = sound.u
+    if between == "band_limited":
+        u, rate = resample(u, rate, rate * fine), rate * fine
+        u = np.vstack([u, np.repeat(u[-1:], fine - 1, axis=0)])
+    elif between == "held":
+        u, rate = np.repeat(u, HELD_STEPS, axis=0), rate * HELD_STEPS
+    loaded = twin.including(*(Mass(place, kg) for place, kg in trial.added_mass.items()))
+    columns = dict(zip(trial.inputs, u.T, strict=True))
+    table = columns.pop(SHAKE_TABLE, None)
+    try:
+        motion = loaded.simulate(columns, rate, len(u), ground_acceleration=table)
+    except ModelError as error:
+        if "diverges" not in str(error):
+            raise
+        return np.full(trial.y.shape, np.nan)
+    step = round(rate / trial.sampling_hz)
+    channels = {name: values for name, values in motion.columns.items() if name in trial.outputs}
+    if between == "band_limited":
+        sampled = {n: _decimated(v, rate, trial) for n, v in channels.items()}
+    else:
+        sampled = {n: v[::step][: trial.samples] for n, v in channels.items()}
+    inputs = dict(zip(trial.inputs, sound.u.T, strict=True))
+    recorded = loaded.recorded({**inputs, **sampled}, trial.sampling_hz)
+    return np.column_stack([recorded[name] for name in trial.outputs])
+
+
+def _decimated(values: Array, rate_hz: float, trial: Trial) -> Array:
+    """Sample as an analyser does, what is above the Nyquist frequency taken off first."""
+    out = resample(values, rate_hz, trial.sampling_hz)[: trial.samples]
+    return np.concatenate([out, np.repeat(out[-1:], trial.samples - len(out))])
+
+
+def _of_input(mechanism: Mechanism, trial: Trial) -> bool:
+    return isinstance(mechanism, ChannelFault) and mechanism.place in trial.inputs
+
+
+def free_runs(twin: Twin, bench: Bench, workers: int = 2) -> list[Array]:
+    """Return the free run of every trial; MuJoCo lets go of Python's lock, so threads help."""
+    if workers < 2:
+        return [free_run(twin, trial, bench.between) for trial in bench.trials]
+    with ThreadPoolExecutor(workers) as pool:
+        return list(pool.map(lambda t: free_run(twin, t, bench.between), bench.trials))
