@@ -54,6 +54,7 @@ def base_hypothesis(
     stiffness, damping = storey_values(model, model.K), storey_values(model, model.R)
     base: list[Mechanism] = []
     spread = []
+    # dashpots of storeys and of floors: modal damping is not a chain of storey dashpots
     for place, value in stiffness.items():
         base.append(Stiffness(place, 0.0))
         spread.append(tolerance * value)
@@ -64,6 +65,8 @@ def base_hypothesis(
         if place.startswith("floor"):
             base.append(Mass(place, 0.0))
             spread.append(tolerance * float(model.M[index, index]))
+            base.append(Damping(place, 0.0))
+            spread.append(damping_tolerance * float(np.mean(list(damping.values()))))
     return Hypothesis(tuple(base), tuple(spread))
 
 

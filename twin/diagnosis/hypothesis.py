@@ -70,9 +70,9 @@ class Hypothesis:
                 if index < len(self.base):
                     std = self.tolerance[index]
                     out.append(Unknown(index, name, False, std, std))
-                elif name in mechanism.prior:
-                    mean, std = mechanism.prior[name]
-                    out.append(Unknown(index, name, False, std, std, mean))
+                elif name in (known := mechanism.priors()):
+                    mean, std = known[name]
+                    out.append(Unknown(index, name, parameter.scale == "log", std, std, mean))
                 elif parameter.scale == "log":
                     out.append(Unknown(index, name, True, 0.3))
                 else:

@@ -18,6 +18,9 @@ DECISIVE = 30.0
 """Drop of the BIC that a mechanism must bring: odds of e^15, less the forty-odd pairs of mechanism
 and place that were looked at, less what noise that is not quite white takes."""
 
+TIE = 6.0
+"""Difference of the BIC below which two explanations tie: odds of 20."""
+
 FURTHER_SAMPLE = 0.01
 FURTHER_SHARE = 0.01
 """What a further mechanism must bring besides: a drop of the BIC of this much a sample, and of this
@@ -118,7 +121,10 @@ def _between(bench: Bench, current: Fit) -> tuple[Bench, Fit]:
     best, chosen = current, bench
     for between in ("linear", "held"):
         other = replace(bench, between=between)
-        found = fit(other, current.hypothesis, current.slack, current.starts, iterations=3)
+        try:
+            found = fit(other, current.hypothesis, current.slack, current.starts, iterations=3)
+        except np.linalg.LinAlgError:
+            continue
         found = with_slack(other, found)
         if found.log_posterior > best.log_posterior + DECISIVE / 2:
             best, chosen = found, other
@@ -144,6 +150,12 @@ def _stage(
         if found is not None:
             fits.append(found)
     fits.sort(key=lambda f: f.bic)
+    if fits:
+        # in a tie the simplest is named first, a changed part before missing physics
+        tied = [f for f in fits if f.bic < fits[0].bic + TIE]
+        first = min(tied, key=lambda f: (f.free, f.hypothesis.found[-1].verdict != "parameter"))
+        fits.remove(first)
+        fits.insert(0, first)
     return Stage(current, where, tuple(candidates), tuple(fits))
 
 

@@ -25,9 +25,12 @@ def law(
 class CoulombFriction(Law):
     """f = F sign(v); as mathematics F tanh(v / regular_rate).
 
+    The width of the change of sign is fitted: an estimate cannot resolve the rate below its own
+    noise, and smooths the law by as much. The MuJoCo model has the ideal law, which also sticks.
+
     Attributes:
         sliding_force: F, the parameter ``force`` [N].
-        regular_rate: rate below which the force falls off [m/s]; not fitted.
+        regular_rate: rate below which the force falls off [m/s].
 
     Source: Coulomb 1785; on a frame, Marino and Cicirello 2023.
     """
@@ -35,7 +38,10 @@ class CoulombFriction(Law):
     name: ClassVar[str] = "coulomb_friction"
     verdict: ClassVar = "missing_physics"
     where: ClassVar = "storey"
-    parameters: ClassVar = {"force": Parameter("N", "F in f = F sign(v)", "log")}
+    parameters: ClassVar = {
+        "force": Parameter("N", "F in f = F sign(v)", "log"),
+        "regular_rate": Parameter("m/s", "below which an estimate sees it fall off", "log"),
+    }
     fields_of: ClassVar = {"force": "sliding_force"}
     reference: ClassVar[str] = "Coulomb 1785; Marino and Cicirello 2023"
     abrupt: ClassVar[bool] = True
@@ -51,7 +57,6 @@ class CoulombFriction(Law):
 
     @classmethod
     def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:
-        """Return shares of the storey's force at the RMS drift, from a hair to a tenth."""
-        scale = around.stiffness * rms(around.drift)
-        slow = 0.01 * rms(around.rate)
-        return tuple(cls(place, share * scale, slow) for share in (1e-3, 3e-3, 1e-2, 3e-2, 0.1))
+        """Return a hundredth of the storey's force, with a sharp and a blurred change of sign."""
+        scale = 0.01 * around.stiffness * rms(around.drift)
+        return tuple(cls(place, scale, part * rms(around.rate)) for part in (0.005, 0.02, 0.08))

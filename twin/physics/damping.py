@@ -9,14 +9,17 @@ import mujoco
 import numpy as np
 
 from twin.parameter import Parameter
-from twin.physics.edits import add_drift_tendon
-from twin.physics.mechanism import StructuralChange, Surroundings, storey_vector
+from twin.physics.edits import add_drift_tendon, add_floor_tendon
+from twin.physics.mechanism import StructuralChange, Surroundings, floor_vector, storey_vector
 from twin.second_order import SecondOrderModel
 
 
 @dataclass(frozen=True)
 class Damping(StructuralChange):
     """R += change b b^T along the drift b of a storey; a dashpot more, or less of one.
+
+    At a floor it is a dashpot to the ground's rest frame (air, a cable): with both kinds any change
+    of modal damping of a two-storey frame can be written.
 
     Source: eqs. (2)-(6).
     """
@@ -31,12 +34,14 @@ class Damping(StructuralChange):
 
     def edit(self, model: SecondOrderModel) -> SecondOrderModel:
         """Return the matrices with the damping added."""
-        b = storey_vector(model, self.place)
+        at_floor = self.place.startswith("floor")
+        b = (floor_vector if at_floor else storey_vector)(model, self.place)
         return replace(model, R=model.R + self.change * np.outer(b, b))
 
     def apply(self, spec: mujoco.MjSpec) -> None:
-        """Add a tendon along the drift with the damping."""
-        tendon = add_drift_tendon(spec, self.place, self.name)
+        """Add a tendon along the drift (or the floor's displacement) with the damping."""
+        add = add_floor_tendon if self.place.startswith("floor") else add_drift_tendon
+        tendon = add(spec, self.place, self.name)
         tendon.damping = [self.change, 0.0, 0.0]
 
     @classmethod

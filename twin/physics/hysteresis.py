@@ -14,7 +14,7 @@ from twin.physics.mechanism import Law, Surroundings
 from twin.physics.scales import rms
 from twin.physics.sliders import as_sliders
 
-SUBSTEPS = 4
+SUBSTEPS = 2
 """Steps of the memory from one drift to the next."""
 
 
@@ -27,6 +27,7 @@ def law(
     yield_force: Any,
     sharpness: Any,
     replaced: Any,
+    storey: Any,
 ) -> Any:
     """Return z - replaced d [N]."""
     return memory - replaced * drift
@@ -40,6 +41,7 @@ def flow(
     yield_force: Any,
     sharpness: Any,
     replaced: Any,
+    storey: Any,
 ) -> Any:
     """Return z after the drift went from ``before`` to ``after``, by midpoint steps."""
     step = (after - before) / SUBSTEPS
@@ -63,6 +65,9 @@ class Hysteresis(Law):
     The memory is z [N]. It loads along a curve that is the rounder the less the sharpness, and
     unloads along a straight line; a great sharpness makes it an ideal elasto-plastic slider. With
     ``replaced`` = ``stiffness`` the storey's own stiffness slips.
+
+    Attributes:
+        storey_stiffness: of the storey [N/m], for what is plausible; not fitted.
 
     Source: Bouc 1967, Wen 1976 (beta = gamma = 1/2); a slider, Jenkins 1962.
     """
@@ -88,6 +93,7 @@ class Hysteresis(Law):
     yield_force: float = 1.0
     sharpness: float = 2.0
     replaced: float = 0.0
+    storey_stiffness: float = 1e3
 
     def scaled(self, factor: float) -> Self:
         """Return a joint that carries ``factor`` times as much at the same drifts."""
@@ -96,6 +102,10 @@ class Hysteresis(Law):
     law = staticmethod(law)
 
     flow = staticmethod(flow)
+
+    def priors(self) -> dict[str, tuple[float, float]]:
+        """It is a part of the storey that slips: a joint much stiffer than that is friction."""
+        return {"stiffness": (float(np.log(0.4 * self.storey_stiffness)), 0.7)}
 
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Add elasto-plastic tendons along the drift, and one that takes stiffness away."""
@@ -112,7 +122,7 @@ class Hysteresis(Law):
     def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:
         """Return joints that carry some or most of the storey and slip at small to large drifts."""
         return tuple(
-            cls(place, k, k * part * rms(around.drift), 2.0, k)
+            cls(place, k, k * part * rms(around.drift), 2.0, k, around.stiffness)
             for k in (0.15 * around.stiffness, 0.6 * around.stiffness)
             for part in (0.15, 0.4, 0.8, 1.5)
         )

@@ -88,6 +88,10 @@ class Mechanism(ABC):
 
     place: str
 
+    def priors(self) -> Mapping[str, tuple[float, float]]:
+        """Return mean and deviation of parameters known beforehand, of logarithms where scaled."""
+        return self.prior
+
     @property
     def values(self) -> dict[str, float]:
         """The parameters' values by name."""
