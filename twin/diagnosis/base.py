@@ -71,7 +71,11 @@ def base_hypothesis(
 
 
 def surroundings(
-    bench: Bench, motion: Mapping[str, Array], heights: Mapping[str, float], place: str
+    bench: Bench,
+    motion: Mapping[str, Array],
+    heights: Mapping[str, float],
+    place: str,
+    peaks: tuple[float, ...] = (),
 ) -> Surroundings:
     """Return what is known at a place.
 
@@ -80,6 +84,7 @@ def surroundings(
         motion: "storey1", "rate storey1", ... -> pooled estimated motion, (samples,).
         heights: of the storeys [m].
         place: a storey, a floor, the ground, the pendulum, or one or two channels.
+        peaks: frequencies at which what is unexplained stands out [Hz].
     """
     model = bench.model
     stiffness, damping = storey_values(model, model.K), storey_values(model, model.R)
@@ -104,4 +109,5 @@ def surroundings(
         natural_frequencies=tuple(sorted(float(f) / (2 * np.pi) for f in frequencies)),
         duration_s=max(t.samples / t.sampling_hz for t in bench.trials),
         sampling_hz=bench.trials[0].sampling_hz,
+        peaks=peaks,
     )

@@ -15,7 +15,7 @@ import numpy as np
 
 from twin.physics.mechanism import Law
 
-MOST_NUMBERS = 8
+MOST_NUMBERS = 20
 """Fields that a law may have."""
 
 

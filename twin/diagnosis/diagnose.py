@@ -16,13 +16,13 @@ from twin.diagnosis.evidence import probabilities
 from twin.diagnosis.fitting import Fit, fit, refined
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.pictures import force_pictures
-from twin.diagnosis.predict import ahead, noise_floors, nrmse
+from twin.diagnosis.plant import laws_of
+from twin.diagnosis.predict import ahead, free, noise_floors, nrmse, strength_of
 from twin.diagnosis.prepare import Prepared, prepare
 from twin.diagnosis.result import Diagnosis, Errors, Finding, Fits, Trace, Verdict
 from twin.diagnosis.rig import free_runs, heights_of, twin_with
 from twin.diagnosis.search import Found, search
 from twin.model import Twin
-from twin.physics.mechanism import Disturbance
 from twin.recording import Recording
 
 Array = NDArray[np.float64]
@@ -92,6 +92,7 @@ def diagnose(
     clock("simulating the recordings")
     shown = _Shown(ready, found, calibrated, seed)
     fits, fits_ahead, traces = shown.fits()
+    notes = ready.notes + _notes(findings, found.bench) + shown.notes()
     clock("drawing the missing force")
     places = _places(found, findings)
     pictures = force_pictures(found.bench, found.nothing, places, findings)
@@ -111,7 +112,7 @@ def diagnose(
         traces,
         *shown.twins,
         next_experiment=None,
-        notes=ready.notes + _notes(findings, found.bench),
+        notes=notes,
         seconds=time.perf_counter() - clock.began,
         steps=dict(clock.steps),
     )
@@ -122,10 +123,20 @@ def _findings(found: Found) -> tuple[tuple[Finding, ...], tuple[Finding, ...]]:
     best = found.best
     count = len(best.hypothesis.found)
     out, alternatives = [], []
+    if found.named is not None:
+        chances = probabilities([best, found.named])
+        law = Finding(best.hypothesis.found[0], _std(best, 0), chances[0])
+        for number, other in enumerate(found.named.hypothesis.found):
+            delta = float(found.named.bic - best.bic)
+            alternatives.append(Finding(other, _std(found.named, number), chances[1], delta))
+        return (law,), tuple(alternatives)
+    strengths = strength_of(found.bench, best.hypothesis, best.slack)
     for number in range(count):
         stage = found.stages[number]
         chances = probabilities(stage.fits)
         mine = best.hypothesis.found[number]
+        if number in strengths:
+            mine = mine.with_values({"rms": strengths[number]})
         out.append((_explained(found, number), Finding(mine, _std(best, number), chances[0])))
         for other, chance in zip(stage.fits[1:], chances[1:], strict=True):
             if len(other.hypothesis.found) == number + 1:
@@ -223,8 +234,20 @@ class _Shown:
             "calibrated": (calibrated.hypothesis, calibrated.slack),
             "explained": (found.best.hypothesis, found.best.slack),
         }
+        self.approximate = any(law.approximate for law in laws_of(found.best.hypothesis.found))
+        self.in_mujoco: dict[str, float] = {}
         self.twins = tuple(
             twin_with(ready.twin, h.mechanisms) for h, _ in self.hypotheses.values()
+        )
+
+    def notes(self) -> tuple[str, ...]:
+        """Say where the MuJoCo model only comes near the law that was fitted."""
+        if not self.approximate:
+            return ()
+        reached = ", ".join(f"{v:.3g} ({role})" for role, v in self.in_mujoco.items())
+        return (
+            f"the free runs of the explained twin are those of the fitted law; the MJCF's native "
+            f"elements, which only come near it, reach an error of {reached}",
         )
 
     def fits(self) -> tuple[Fits, Fits, tuple[Trace, ...]]:
@@ -237,6 +260,9 @@ class _Shown:
                 name: free_runs(twin, bench)
                 for name, twin in zip(self.hypotheses, self.twins, strict=True)
             }
+            if self.approximate:
+                self.in_mujoco[role] = _finite(nrmse(bench.trials, runs["explained"]))
+                runs["explained"] = free(bench, *self.hypotheses["explained"])
             windows = {n: ahead(bench, h, s) for n, (h, s) in self.hypotheses.items()}
             floors = noise_floors(bench, *self.hypotheses["explained"], seed=self.seed)
             free[role] = Errors(
@@ -266,7 +292,3 @@ def _finite(value: float) -> float:
     """A motion that diverges is off by more than anything else: JSON has no infinity."""
     return value if np.isfinite(value) else 1e6
 
-
-def disturbed(hypothesis: Hypothesis) -> bool:
-    """Return whether an unmeasured force is among the findings."""
-    return any(isinstance(m, Disturbance) for m in hypothesis.found)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.filtering import Gain
 from twin.diagnosis.hypothesis import Hypothesis, Unknown
+from twin.physics.mechanism import Disturbance
 
 Array = NDArray[np.float64]
 
@@ -141,7 +142,7 @@ def fit(
     found, variants = problem.residuals(theta[None], begin)
     e = [row[0] for row in found]
     value = log_likelihood(e) + log_prior(unknowns, theta)
-    trust = 1e-3
+    trust = 1e-9
     H = np.eye(len(theta))
     for _ in range(iterations):
         steps = np.diag(STEP * size)
@@ -163,12 +164,12 @@ def fit(
             if trial_value > value:
                 improved = True
                 break
-            trust = max(trust, 1e-3) * 10
+            trust = 100 * max(trust, 1e-7)
         if not improved:
             break
         gained = trial_value - value
         theta, begin, e, value = trial_theta, trial_begin, trial_e, trial_value
-        trust = max(trust / 10, 1e-6)
+        trust = max(trust / 100, 1e-9)
         if gained < tolerance:
             break
     best = hypothesis.at(unknowns, theta)
@@ -191,7 +192,7 @@ def fit(
 def _solved(H: Array, gradient: Array, size: Array, trust: float) -> Array:
     """Return the damped Gauss-Newton step in units of the unknowns' sizes."""
     scaled = H * np.outer(size, size)
-    damped = scaled + trust * np.diag(np.diag(scaled)) + 1e-9 * np.eye(len(scaled))
+    damped = scaled + trust * np.diag(np.diag(scaled)) + 1e-12 * np.trace(scaled) * np.eye(len(scaled))
     return np.asarray(np.linalg.solve(damped, gradient * size))
 
 
@@ -240,6 +241,41 @@ def _normal(
     return H, gradient, solve
 
 
+DISTURBANCE_STEPS = (0.1, 0.4, 2.5, 10.0)
+"""Factors by which the strength and the bandwidth of an unmeasured force are tried."""
+
+
+def with_disturbances(bench: Bench, found: Fit) -> Fit:
+    """Return the fit with strengths and bandwidths of its unmeasured forces that it likes best.
+
+    They act on the filter's gain alone, which the Gauss-Newton steps hold fixed.
+    """
+    best = found
+    for index, mechanism in enumerate(found.hypothesis.found):
+        if not isinstance(mechanism, Disturbance):
+            continue
+        for name in ("rms", "bandwidth"):
+            here = best.hypothesis.found[index]
+            for factor in DISTURBANCE_STEPS:
+                changed = here.with_values({name: factor * here.values[name]})
+                mechanisms = list(best.hypothesis.found)
+                mechanisms[index] = changed
+                hypothesis = replace(found.hypothesis, found=tuple(mechanisms))
+                try:
+                    gains = gains_of(bench, hypothesis, best.slack)
+                except np.linalg.LinAlgError:
+                    continue
+                rows = bench.innovations([hypothesis], gains, best.starts)
+                e = tuple(row[0] for row in rows)
+                value = log_likelihood(e)
+                if value > best.log_likelihood:
+                    best = replace(
+                        best, hypothesis=hypothesis, log_likelihood=value, gains=gains,
+                        innovations=e,
+                    )  # fmt: skip
+    return best
+
+
 def with_slack(bench: Bench, found: Fit, slacks: Sequence[float] = SLACKS) -> Fit:
     """Return the fit with the slack that its likelihood likes best, parameters unchanged."""
     best = found
@@ -282,12 +318,19 @@ def refined(
         iterations: Gauss-Newton steps in each.
     """
     hypothesis = max(starts, key=lambda h: _posterior(bench, h, slack, states))
-    best = fit(bench, hypothesis, slack, states, iterations)
+    try:
+        best = fit(bench, hypothesis, slack, states, iterations)
+    except np.linalg.LinAlgError:
+        # with no noise to speak of the Riccati equation can be too stiff
+        best = fit(bench, hypothesis, max(100 * slack, SLACKS[2]), states, iterations)
     for _ in range(rounds):
         near = [s for s in SLACKS if best.slack / 35 < s < best.slack * 35]
-        moved = with_slack(bench, best, near)
+        moved = with_disturbances(bench, with_slack(bench, best, near))
         before = best.log_posterior
-        best = fit(bench, moved.hypothesis, moved.slack, moved.starts, iterations)
+        try:
+            best = fit(bench, moved.hypothesis, moved.slack, moved.starts, iterations)
+        except np.linalg.LinAlgError:
+            return moved
         if moved.slack == best.slack and best.log_posterior - before < 1.0:
             return best
     return best
@@ -297,7 +340,10 @@ def _posterior(
     bench: Bench, hypothesis: Hypothesis, slack: float, states: Sequence[Array] | None
 ) -> float:
     """Return the log posterior of a hypothesis as it stands."""
-    gains = gains_of(bench, hypothesis, slack)
+    try:
+        gains = gains_of(bench, hypothesis, slack)
+    except np.linalg.LinAlgError:
+        return -np.inf
     begin = _fitting(states, len(gains[0].filtered), len(bench.trials))
     unknowns = hypothesis.unknowns()
     rows = bench.innovations([hypothesis], gains, begin)

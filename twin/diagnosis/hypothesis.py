@@ -58,13 +58,23 @@ class Hypothesis:
         return tuple((m.name, m.place) for m in self.found)
 
     def including(self, *more: Mechanism) -> Hypothesis:
-        """Return the hypothesis with further mechanisms."""
-        return replace(self, found=self.found + more)
+        """Return the hypothesis with further mechanisms.
+
+        A deviation of the base that one of them stands for goes back to zero.
+        """
+        taken = {(type(m), m.place) for m in more}
+        base = tuple(
+            b.with_values({"change": 0.0}) if (type(b), b.place) in taken else b for b in self.base
+        )
+        return replace(self, base=base, found=self.found + more)
 
     def unknowns(self) -> tuple[Unknown, ...]:
         """Return what a fit changes, the base's deviations first."""
         out = []
+        taken = {(type(m), m.place) for m in self.found}
         for index, mechanism in enumerate(self.mechanisms):
+            if index < len(self.base) and (type(mechanism), mechanism.place) in taken:
+                continue  # the finding has that freedom now
             for name, parameter in mechanism.parameters.items():
                 value = float(mechanism.values[name])
                 if index < len(self.base):

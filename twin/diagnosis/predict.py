@@ -17,7 +17,7 @@ from twin.diagnosis.fitting import gains_of
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.plant import laws_of
 from twin.diagnosis.trials import Trial
-from twin.physics.mechanism import ChannelFault
+from twin.physics.mechanism import ChannelFault, Disturbance
 
 Array = NDArray[np.float64]
 
@@ -93,6 +93,36 @@ def ahead(
             predicted[first:last] = piece.y - e
         out.append(_recorded(trial, sound, predicted, hypothesis))
     return out
+
+
+def free(bench: Bench, hypothesis: Hypothesis, slack: float) -> list[Array]:
+    """Return the outputs as simulated from rest over the whole recording, one (samples, m) each."""
+    out = []
+    for trial, gain in zip(bench.trials, gains_of(bench, hypothesis, slack), strict=True):
+        sound = corrected(trial, hypothesis.mechanisms)
+        rest = np.zeros(len(gain.filtered))
+        e, _, _ = _run(bench, hypothesis, sound, _open(gain), rest)
+        out.append(_recorded(trial, sound, sound.y - e, hypothesis))
+    return out
+
+
+def strength_of(bench: Bench, hypothesis: Hypothesis, slack: float) -> dict[int, float]:
+    """Return the RMS of every disturbance as the recordings show it, by its index in ``found``."""
+    positions: dict[int, int] = {}
+    at = 2 * len(bench.plant(bench.trials[0], hypothesis.mechanisms).plant.model.coordinates)
+    for mechanism in hypothesis.mechanisms:
+        if isinstance(mechanism, Disturbance):
+            positions[hypothesis.found.index(mechanism)] = at
+            at += 2
+        elif isinstance(mechanism, ChannelFault) and mechanism.filter_hz() is not None:
+            at += 1
+    if not positions:
+        return {}
+    seen = [x for _, _, x, _ in filtered(bench, hypothesis, slack, ())]
+    # the filter needs a while to find a disturbance that was there from the start
+    settled = [x[len(x) // 4 :] for x in seen]
+    whole = np.concatenate(settled)
+    return {i: float(np.sqrt(np.mean(whole[:, p] ** 2))) for i, p in positions.items()}
 
 
 def _recorded(trial: Trial, sound: Trial, predicted: Array, hypothesis: Hypothesis) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from twin.diagnosis.trials import Trial, trial
 from twin.errors import RecordingError, available
 from twin.model import Twin
 from twin.recording import Recording
+from twin.second_order import SecondOrderModel
 from twin.signals.resampling import resample
 
 Array = NDArray[np.float64]
@@ -80,8 +81,10 @@ def prepare(
         if place not in places:
             raise RecordingError(f"{recording}: no place '{place}' for an added mass; "
                                  f"there are {available(places)}")  # fmt: skip
-    trials = [_trial(r, inputs, common, (added_mass or {}).get(r.source, {})) for r in recordings]
     model = twin.second_order()
+    slowest = _slowest(model)
+    recordings = [_without_offset(r, common, slowest, notes) for r in recordings]
+    trials = [_trial(r, inputs, common, (added_mass or {}).get(r.source, {})) for r in recordings]
     count = len(train)
     benches = Bench(model, tuple(trials[:count])), Bench(model, tuple(trials[count:]))
     _enough(benches[0])
@@ -108,7 +111,7 @@ def _no_overlap(train: Sequence[Recording], test: Sequence[Recording]) -> None:
 
 
 def _known(twin: Twin, recording: Recording) -> None:
-    names = names_in(twin.compile()) if twin.clamped else names_in(twin.compile())
+    names = names_in(twin.compile())
     there = set(names["actuator"]) | set(names["sensor"]) | {"acc_ground", "force_ground"}
     for name in recording.names:
         if name not in there:
@@ -146,21 +149,46 @@ def _trial(
     recording: Recording, inputs: Sequence[str], outputs: Sequence[str], mass: Mapping[str, float]
 ) -> Trial:
     columns = {name: recording.column(name) for name in recording.names}
-    for name in outputs:
-        if name.startswith("acc"):  # an accelerometer's offset says nothing of the frame
-            columns[name] = columns[name] - columns[name].mean()
     return trial(recording.source, recording.sampling_hz, columns, inputs, outputs, mass)
+
+
+def _slowest(model: SecondOrderModel) -> float:
+    """Return the lowest natural frequency that is not a free floating one [Hz]."""
+    frequencies = model.undamped_modes().natural_freq
+    return float(np.min(frequencies[frequencies > 1e-3 * np.max(frequencies)]))
+
+
+def _without_offset(
+    recording: Recording, outputs: Sequence[str], slowest_hz: float, notes: list[str]
+) -> Recording:
+    """Take off the offset of an accelerometer where there is one.
+
+    The mean of a true acceleration is the velocity gained over the duration, at most a few times
+    that of the slowest mode; only a mean far above that is an offset.
+    """
+    data = recording.data.copy()
+    for name in outputs:
+        if not name.startswith("acc"):
+            continue
+        column = recording.names.index(name)
+        values = data[:, column]
+        rms = float(np.sqrt(np.mean(values**2)))
+        possible = 10 * rms / (2 * np.pi * slowest_hz * recording.duration_s)
+        if abs(values.mean()) > possible:
+            notes.append(f"{recording.source}: {name} has an offset of {values.mean():.3g} m/s^2")
+            data[:, column] = values - values.mean()
+    return replace(recording, data=data)
 
 
 def _enough(bench: Bench) -> None:
     modes = len(bench.model.coordinates)
-    slowest = float(np.min(bench.model.undamped_modes().natural_freq[-modes:]))
+    slowest = _slowest(bench.model)
     seconds = sum(t.samples / t.sampling_hz for t in bench.trials)
     needed = LEAST_SAMPLES * 6 * modes
     names = ", ".join(t.name for t in bench.trials)
-    if bench.samples < needed or seconds * max(slowest, 1e-3) < LEAST_PERIODS:
+    if bench.samples < needed or seconds * slowest < LEAST_PERIODS:
         raise RecordingError(
             f"{names}: {bench.samples} samples over {seconds:.3g} s are too little for "
             f"{3 * modes} unknowns and a slowest mode of {slowest:.3g} Hz; "
-            f"at least {needed} samples and {LEAST_PERIODS / max(slowest, 1e-3):.3g} s are needed"
+            f"at least {needed} samples and {LEAST_PERIODS / slowest:.3g} s are needed"
         )

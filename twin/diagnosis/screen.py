@@ -12,18 +12,21 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import signal
 
 from twin import physics
 from twin.diagnosis.base import surroundings
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.filtering import effect_of_force
 from twin.diagnosis.hypothesis import Hypothesis
-from twin.diagnosis.fitting import STEP, Fit, covariances, fit, gains_of, log_likelihood
+from twin.diagnosis.fitting import STEP, Fit, covariances, fit, gains_of, log_likelihood, with_disturbances
 from twin.diagnosis.motion import at_place, force_histories
 from twin.diagnosis.plant import build, place_vector, sampled
-from twin.physics.mechanism import ChannelFault, Law, Mechanism
+from twin.physics.mechanism import ChannelFault, Disturbance, Law, Mechanism
 
 Array = NDArray[np.float64]
+
+PEAKS = 3
 
 
 @dataclass(frozen=True)
@@ -62,6 +65,23 @@ class Scene:
     moved: tuple[Array, ...]
     heights: Mapping[str, float]
 
+    def peaks(self) -> tuple[float, ...]:
+        """Return the frequencies at which the innovations stand out most [Hz]."""
+        try:
+            gains = gains_of(self.bench, self.fit.hypothesis, 1e-4)
+        except np.linalg.LinAlgError:
+            gains = self.fit.gains
+        rows = self.bench.innovations([self.fit.hypothesis], gains, self.fit.starts)
+        density, f = None, None
+        for row, S in zip(rows, covariances([r[0] for r in rows]), strict=True):
+            e = row[0] / np.sqrt(np.diag(S))
+            f, each = signal.welch(e, 1 / self.bench.step_s, nperseg=min(2048, len(e)), axis=0)
+            density = each.sum(axis=1) + (0 if density is None else density)
+        assert density is not None
+        tops, _ = signal.find_peaks(density)
+        tops = tops[np.argsort(-density[tops])][:PEAKS]
+        return tuple(float(f[i]) for i in tops if f[i] > 0)
+
     def motion(self) -> dict[str, Array]:
         """Return the pooled motion: "storey1", "rate storey1", "floor1", ... -> (samples,)."""
         model = self.bench.model
@@ -79,6 +99,7 @@ def screen(scene: Scene, without: Sequence[tuple[str, str]] = ()) -> list[Candid
     """Return the best first values of every mechanism at every place, the most promising first."""
     bench = scene.bench
     motion = scene.motion()
+    peaks = scene.peaks()
     regression = _Regression(scene)
     out = []
     floors = [c for c in bench.model.coordinates if c.startswith("floor")]
@@ -88,7 +109,7 @@ def screen(scene: Scene, without: Sequence[tuple[str, str]] = ()) -> list[Candid
         for place in physics.places(cls, floors, channels):
             if (name, place) in without or not _possible(cls, place, bench):
                 continue
-            starts = cls.starts(place, surroundings(bench, motion, scene.heights, place))
+            starts = cls.starts(place, surroundings(bench, motion, scene.heights, place, peaks))
             if not starts:
                 continue
             if issubclass(cls, Law):
@@ -104,6 +125,8 @@ def _possible(cls: type[Mechanism], place: str, bench: Bench) -> bool:
         return True
     if cls.where == "pendulum":
         return "pendulum" in bench.model.coordinates
+    if cls.generic:
+        return False
     return not (cls.name == "base_compliance" and "ground" in bench.model.coordinates)
 
 
@@ -133,6 +156,8 @@ def _fitted(scene: Scene, starts: Sequence[Mechanism]) -> Candidate:
         found_fit = fit(bench, hypothesis, fit0.slack, fit0.starts, iterations=3)
     except np.linalg.LinAlgError:
         return Candidate(best, value - fit0.log_likelihood)
+    if isinstance(best, Disturbance):
+        found_fit = with_disturbances(bench, found_fit)
     gained = found_fit.log_posterior - fit0.log_posterior
     rest = replace(found_fit.hypothesis, found=found_fit.hypothesis.found[:-1])
     return Candidate(found_fit.hypothesis.found[-1], gained, rest)
@@ -274,5 +299,6 @@ def locate(scene: Scene, levels: Sequence[float] = (1e-3, 3e-3, 1e-2, 3e-2, 0.1)
         if place is None:
             reference = values[0]
         else:
-            out[place] = max(values) - float(reference or 0.0)
+            gained = max(values) - float(reference or 0.0)
+            out[place] = gained if np.isfinite(gained) else 0.0
     return out

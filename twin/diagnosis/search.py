@@ -7,12 +7,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from twin.diagnosis.bench import Bench
+from twin.diagnosis.base import surroundings
+from twin.diagnosis.bench import Bench, Between
 from twin.diagnosis.fitting import Fit, fit, refined, with_slack
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.motion import motion_of
 from twin.diagnosis.screen import Candidate, Scene, locate, screen
 from twin.physics.mechanism import Disturbance, Mechanism
+from twin.physics.restoring_force import RestoringForce
 
 DECISIVE = 30.0
 """Drop of the BIC that a mechanism must bring: odds of e^15, less the forty-odd pairs of mechanism
@@ -27,11 +29,18 @@ FURTHER_SHARE = 0.01
 share of all that was explained before. No model of what was found first is exact: its own errors
 (the filters' phases, the integrator's corners) must not be explained by more physics."""
 
+UNNAMED = 200.0
+UNNAMED_SHARE = 0.02
+"""What a law without a name must bring beyond the best that has one, and as a share of what that
+one explains: it is flexible enough to take up a named law's small inexactness."""
+
 REFINED = 4
 """Candidates that are fitted in full at each stage, at most, besides one unmeasured force."""
 
 WORTH = 0.1
 """Candidates that promise less than this share of the best one's gain are not fitted in full."""
+
+BETWEEN: tuple[Between, ...] = ("band_limited", "linear", "held")
 
 LITTLE = 1e-3
 """Slack up to which a filter trusts its model as it stands."""
@@ -63,12 +72,14 @@ class Found:
     """What a search found: the fit of nothing missing, the best one, and how it was reached.
 
     ``bench`` is the one that it ended with: what inputs do between samples is chosen on the way.
+    ``named`` is the best explanation by named mechanisms, where one without a name beats it.
     """
 
     nothing: Fit
     best: Fit
     stages: tuple[Stage, ...]
     bench: Bench
+    named: Fit | None = None
 
 
 def search(
@@ -89,6 +100,7 @@ def search(
     """
     tell("calibrating")
     nothing = refined(bench, [base], 3e-3)
+    bench, nothing = _between(bench, nothing)
     current = nothing
     stages = []
     for number in range(most):
@@ -101,14 +113,55 @@ def search(
             needed += max(FURTHER_SAMPLE * bench.samples, FURTHER_SHARE * explained)
         allowed = [f for f in stage.fits if number == 0 or _narrow(f.hypothesis.found[-1])]
         if not allowed or allowed[0].bic > current.bic - needed:
-            if number == 0:
-                bench, current = _between(bench, current)
-                nothing = current
             break
         current = allowed[0]
         if number == 0:
             bench, current = _between(bench, current)
-    return Found(nothing, current, tuple(stages), bench)
+    unnamed = _unnamed(bench, nothing, current, stages, heights, tell)
+    return Found(nothing, unnamed or current, tuple(stages), bench, current if unnamed else None)
+
+
+def _unnamed(
+    bench: Bench,
+    nothing: Fit,
+    best: Fit,
+    stages: Sequence[Stage],
+    heights: Mapping[str, float],
+    tell: Callable[[str], None],
+) -> Fit | None:
+    """Return the fit of a law without a name where it beats all that have one by far.
+
+    It is tried where a latent force enters best, and only when the best explanation leaves its
+    filter something to follow.
+    """
+    explained = nothing.bic - best.bic
+    last = stages[-1]
+    done = not best.hypothesis.found or (best.slack <= LITTLE and last.before is best
+                                         and _explained(best, last.where, bench))  # fmt: skip
+    if done or not _about_motion(best):
+        return None
+    moved, known, plain = motion_of(bench, nothing)
+    scene = Scene(known, plain, tuple(moved), heights)
+    motion = scene.motion()
+    storeys = [p for p in stages[0].where if p.startswith("storey")]
+    storeys.sort(key=lambda p: -stages[0].where[p])
+    found = []
+    for place in storeys[:2]:
+        tell(f"fitting a law without a name at {place}")
+        (start,) = RestoringForce.starts(place, surroundings(bench, motion, heights, place))
+        fitted = _fitted(bench, nothing, Candidate(start, 0.0))
+        if fitted is not None:
+            found.append(fitted)
+    if not found:
+        return None
+    unnamed = min(found, key=lambda f: f.bic)
+    needed = max(UNNAMED, UNNAMED_SHARE * explained)
+    return unnamed if unnamed.bic < best.bic - needed else None
+
+
+def _about_motion(best: Fit) -> bool:
+    """Return whether the explanation is one of forces: a faulty channel is no law of motion."""
+    return all(m.verdict in ("missing_physics", "parameter") for m in best.hypothesis.found)
 
 
 def _narrow(mechanism: Mechanism) -> bool:
@@ -119,7 +172,9 @@ def _narrow(mechanism: Mechanism) -> bool:
 def _between(bench: Bench, current: Fit) -> tuple[Bench, Fit]:
     """Choose what the inputs do between samples, now that the model can tell."""
     best, chosen = current, bench
-    for between in ("linear", "held"):
+    for between in BETWEEN:
+        if between == bench.between:
+            continue
         other = replace(bench, between=between)
         try:
             found = fit(other, current.hypothesis, current.slack, current.starts, iterations=3)

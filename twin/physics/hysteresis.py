@@ -87,6 +87,7 @@ class Hysteresis(Law):
         "loading; its shape is approximated, the better the sharper the bend"
     )
     memory: ClassVar[int] = 1
+    approximate: ClassVar[bool] = True
     abrupt: ClassVar[bool] = True
 
     stiffness: float = 0.0

@@ -29,7 +29,7 @@ from twin.parameter import Parameter
 from twin.second_order import SecondOrderModel
 
 Array = NDArray[np.float64]
-Verdict = Literal["parameter", "missing_physics", "measurement"]
+Verdict = Literal["parameter", "missing_physics", "measurement", "unexplained"]
 Where = Literal["storey", "floor", "ground", "channel", "channels", "pendulum"]
 
 
@@ -49,6 +49,7 @@ class Surroundings:
         natural_frequencies: of the model [Hz].
         duration_s: of the longest recording [s].
         sampling_hz: of the recordings.
+        peaks: frequencies at which what is unexplained stands out [Hz].
     """
 
     stiffness: float
@@ -62,6 +63,7 @@ class Surroundings:
     natural_frequencies: tuple[float, ...]
     duration_s: float
     sampling_hz: float
+    peaks: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -79,6 +81,8 @@ class Mechanism(ABC):
     reference: ClassVar[str]
     mjcf: ClassVar[str] = ""
     """What the exported MJCF cannot hold of it, or empty."""
+    generic: ClassVar[bool] = False
+    """True for what stands for no physics of its own and is tried only when nothing else fits."""
     stage: ClassVar[int] = 1
     """Mechanisms of a lower stage edit first: masses and the base before what depends on them."""
     prior: ClassVar[Mapping[str, tuple[float, float]]] = {}
@@ -152,10 +156,12 @@ class Law(Mechanism):
     Attributes of the class:
         memory: 1 where the law has an internal state, else 0.
         abrupt: True where the force has corners, so that an integration needs finer steps.
+        approximate: True where native MuJoCo elements only come near the law.
     """
 
     memory: ClassVar[int] = 0
     abrupt: ClassVar[bool] = False
+    approximate: ClassVar[bool] = False
 
     law: ClassVar[Callable[..., Any]]
     """f(drift, rate, memory, time, *numbers), for numbers and for arrays that broadcast alike."""

@@ -37,7 +37,8 @@ class UnmeasuredForce(Disturbance):
 
     def oscillator(self) -> tuple[float, float, float]:
         """Return frequency [Hz], bandwidth [Hz] and rms [N, or m/s^2 at the ground]."""
-        return self.frequency, self.bandwidth, self.rms
+        # a bandwidth of nothing has no stationary filter; this one rings for hours
+        return self.frequency, max(self.bandwidth, 1e-4 * self.frequency), self.rms
 
     def realisation(self, samples: int, rate_hz: float, rng: np.random.Generator) -> Array:
         """Return one history of it, stationary from the first sample, (samples,)."""
@@ -61,6 +62,7 @@ class UnmeasuredForce(Disturbance):
         scale = 0.02 * around.stiffness * rms(around.drift)
         if place == "ground":
             scale /= max(around.mass_above, 1e-9)
-        lines = [*own[:4], *np.sqrt(own[1:] * own[:-1])[:3]]
-        narrow = (cls(place, scale, float(line), 0.02 * float(line)) for line in lines)
+        lines = [*around.peaks, *own[:4], *np.sqrt(own[1:] * own[:-1])[:3]]
+        widths = [(f, 0.002 * f) for f in around.peaks] + [(f, 0.02 * f) for f in lines]
+        narrow = (cls(place, scale, float(f), float(width)) for f, width in widths)
         return (cls(place, scale, middle, 2 * middle), *narrow)
