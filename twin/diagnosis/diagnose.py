@@ -17,7 +17,7 @@ from twin.diagnosis.fitting import Fit, fit, refined
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.pictures import force_pictures
 from twin.diagnosis.plant import laws_of
-from twin.diagnosis.predict import ahead, free, noise_floors, nrmse, strength_of
+from twin.diagnosis.predict import ahead, from_rest, noise_floors, nrmse, strength_of
 from twin.diagnosis.prepare import Prepared, prepare
 from twin.diagnosis.result import Diagnosis, Errors, Finding, Fits, Trace, Verdict
 from twin.diagnosis.rig import free_runs, heights_of, twin_with
@@ -262,7 +262,7 @@ class _Shown:
             }
             if self.approximate:
                 self.in_mujoco[role] = _finite(nrmse(bench.trials, runs["explained"]))
-                runs["explained"] = free(bench, *self.hypotheses["explained"])
+                runs["explained"] = from_rest(bench, *self.hypotheses["explained"])
             windows = {n: ahead(bench, h, s) for n, (h, s) in self.hypotheses.items()}
             floors = noise_floors(bench, *self.hypotheses["explained"], seed=self.seed)
             free[role] = Errors(

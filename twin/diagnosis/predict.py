@@ -95,7 +95,7 @@ def ahead(
     return out
 
 
-def free(bench: Bench, hypothesis: Hypothesis, slack: float) -> list[Array]:
+def from_rest(bench: Bench, hypothesis: Hypothesis, slack: float) -> list[Array]:
     """Return the outputs as simulated from rest over the whole recording, one (samples, m) each."""
     out = []
     for trial, gain in zip(bench.trials, gains_of(bench, hypothesis, slack), strict=True):
