@@ -28,9 +28,7 @@ DAMPING_TOLERANCE = 0.1
 
 def storeys_of(model: SecondOrderModel) -> list[str]:
     """Return the names of the storeys."""
-    return [
-        f"storey{c.removeprefix('floor')}" for c in model.coordinates if c.startswith("floor")
-    ]
+    return [f"storey{c.removeprefix('floor')}" for c in model.coordinates if c.startswith("floor")]
 
 
 def storey_values(model: SecondOrderModel, matrix: Array) -> dict[str, float]:

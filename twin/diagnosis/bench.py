@@ -85,9 +85,7 @@ class Bench:
             out.append(made[key])
         return out
 
-    def gain(
-        self, trial: Trial, plant: Sampled, slack: float, latent: Array | None = None
-    ) -> Gain:
+    def gain(self, trial: Trial, plant: Sampled, slack: float, latent: Array | None = None) -> Gain:
         """Return the stationary gain.
 
         Args:

@@ -86,5 +86,3 @@ def _stands_out(ratio: Array, rate_hz: float) -> float:
     """Return the frequency at which the errors' spectrum is largest [Hz]."""
     f, density = signal.welch(ratio, rate_hz, nperseg=min(1024, len(ratio)))
     return float(f[1:][np.argmax(density[1:])])
-
-

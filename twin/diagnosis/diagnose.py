@@ -236,9 +236,7 @@ class _Shown:
         }
         self.approximate = any(law.approximate for law in laws_of(found.best.hypothesis.found))
         self.in_mujoco: dict[str, float] = {}
-        self.twins = tuple(
-            twin_with(ready.twin, h.mechanisms) for h, _ in self.hypotheses.values()
-        )
+        self.twins = tuple(twin_with(ready.twin, h.mechanisms) for h, _ in self.hypotheses.values())
 
     def notes(self) -> tuple[str, ...]:
         """Say where the MuJoCo model only comes near the law that was fitted."""
@@ -291,4 +289,3 @@ class _Shown:
 def _finite(value: float) -> float:
     """A motion that diverges is off by more than anything else: JSON has no infinity."""
     return value if np.isfinite(value) else 1e6
-

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from twin.diagnosis.bench import Bench, as_recorded, corrected, limits_of, steps_for
 from twin.diagnosis.filtering import Gain, with_laws
-from twin.diagnosis.fitting import gains_of
+from twin.diagnosis.fitting import lenient_gains
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.plant import laws_of
 from twin.diagnosis.trials import Trial
@@ -54,7 +54,7 @@ def filtered(
     bench: Bench, hypothesis: Hypothesis, slack: float, starts: Sequence[Array]
 ) -> list[tuple[Trial, Gain, Array, Array]]:
     """Return sound trial, gain, states x(k|k-1) and memories for every trial of the bench."""
-    gains = gains_of(bench, hypothesis, slack)
+    gains = lenient_gains(bench, hypothesis, slack)
     out = []
     for number, (trial, gain) in enumerate(zip(bench.trials, gains, strict=True)):
         sound = corrected(trial, hypothesis.mechanisms)
@@ -98,7 +98,7 @@ def ahead(
 def from_rest(bench: Bench, hypothesis: Hypothesis, slack: float) -> list[Array]:
     """Return the outputs as simulated from rest over the whole recording, one (samples, m) each."""
     out = []
-    for trial, gain in zip(bench.trials, gains_of(bench, hypothesis, slack), strict=True):
+    for trial, gain in zip(bench.trials, lenient_gains(bench, hypothesis, slack), strict=True):
         sound = corrected(trial, hypothesis.mechanisms)
         rest = np.zeros(len(gain.filtered))
         e, _, _ = _run(bench, hypothesis, sound, _open(gain), rest)

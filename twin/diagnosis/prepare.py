@@ -71,7 +71,9 @@ def prepare(
             f"{recordings[0].source}: no output channel that all recordings have; it has "
             f"{available(recordings[0].names)}"
         )
-    if left := sorted({n for r in recordings for n in r.names if _is_output(n, inputs)} - set(common)):
+    if left := sorted(
+        {n for r in recordings for n in r.names if _is_output(n, inputs)} - set(common)
+    ):
         notes.append(f"not in every recording, so not used: {', '.join(left)}")
     if "force_ground" in inputs and twin.clamped:
         twin = twin.released()
@@ -138,7 +140,9 @@ def _one_rate(recordings: Sequence[Recording], notes: list[str]) -> tuple[list[R
             try:
                 data = resample(r.data, r.sampling_hz, rate)
             except ValueError as error:
-                raise RecordingError(f"{r.source}: cannot be brought to {rate:g} Hz: {error}") from None
+                raise RecordingError(
+                    f"{r.source}: cannot be brought to {rate:g} Hz: {error}"
+                ) from None
             notes.append(f"{r.source}: resampled from {r.sampling_hz:g} to {rate:g} Hz")
             r = Recording(rate, r.channels, data, r.source, r.start_s, r.notes)
         out.append(r)

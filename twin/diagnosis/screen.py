@@ -19,7 +19,15 @@ from twin.diagnosis.base import surroundings
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.filtering import effect_of_force
 from twin.diagnosis.hypothesis import Hypothesis
-from twin.diagnosis.fitting import STEP, Fit, covariances, fit, gains_of, log_likelihood, with_disturbances
+from twin.diagnosis.fitting import (
+    STEP,
+    Fit,
+    covariances,
+    fit,
+    gains_of,
+    log_likelihood,
+    with_disturbances,
+)
 from twin.diagnosis.motion import at_place, force_histories
 from twin.diagnosis.plant import build, place_vector, sampled
 from twin.physics.mechanism import ChannelFault, Disturbance, Law, Mechanism
@@ -197,9 +205,7 @@ class _Regression:
         unknowns = fit0.hypothesis.unknowns()
         theta = fit0.hypothesis.vector(unknowns)
         size = np.array([u.size for u in unknowns])
-        variants = [
-            fit0.hypothesis.at(unknowns, theta + step) for step in np.diag(STEP * size)
-        ]
+        variants = [fit0.hypothesis.at(unknowns, theta + step) for step in np.diag(STEP * size)]
         rows = bench.innovations(variants, fit0.gains, fit0.starts)
         Phi = bench.start_effects(fit0.hypothesis, fit0.gains)
         self.W = [np.linalg.inv(np.linalg.cholesky(S)).T for S in covariances(fit0.innovations)]
@@ -210,7 +216,9 @@ class _Regression:
             e.append((own @ self.W[i]).reshape(-1, 1))
         prior = np.diag([0.0 if np.isinf(u.prior_std) else u.size / u.prior_std for u in unknowns])
         mean = np.array([u.prior_mean for u in unknowns])
-        pull = -(theta - mean) / size * np.diag(prior)  # the prior's residual is prior (theta + step) / size
+        pull = (
+            -(theta - mean) / size * np.diag(prior)
+        )  # the prior's residual is prior (theta + step) / size
         self.lengths = [len(x) for x in e]
         blocks = [np.vstack([*J, prior])]
         starts = []
@@ -269,7 +277,9 @@ class _Regression:
         return Candidate(starts[winner].scaled(float(strength[winner])), float(gained), along)
 
 
-def locate(scene: Scene, levels: Sequence[float] = (1e-3, 3e-3, 1e-2, 3e-2, 0.1)) -> dict[str, float]:
+def locate(
+    scene: Scene, levels: Sequence[float] = (1e-3, 3e-3, 1e-2, 3e-2, 0.1)
+) -> dict[str, float]:
     """Return for every place how much a latent force there raises the log likelihood.
 
     White force noise enters at one place at a time (a storey: a pair), at its best level.

@@ -130,6 +130,4 @@ class RestoringForce(Law):
     def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:
         """Return the law that is nothing yet, scaled to the motion."""
         far = peak(around.drift)
-        return (
-            cls(place, reach=far, speed=rms(around.rate), scale=around.stiffness * far),
-        )
+        return (cls(place, reach=far, speed=rms(around.rate), scale=around.stiffness * far),)
