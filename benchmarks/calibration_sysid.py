@@ -1,0 +1,210 @@
+"""Calibrating the two-storey frame: the innovations' likelihood against ``mujoco.sysid``.
+
+Both start from the same model with the same unknowns (floor masses, storey stiffnesses, a dashpot
+more or less in each storey and at the floors) and the same recordings. The rigs are those of
+``experiments.concealed`` with nothing hidden: 0.3 % off the model, made by another integrator.
+``close`` starts at the shipped model, ``hard`` at one whose storeys are 15 % too stiff. Our
+tolerance is the standard deviation of a normal prior; ``mujoco.sysid`` knows boxes only, and gets
+three of it to either side.
+
+``sysid_peer.py`` says what a careful user of it has to do, and does it.
+
+    python benchmarks/calibration_sysid.py --json benchmarks/results/calibration_sysid.json
+"""
+
+# ruff: noqa: E402  (numpy reads the number of threads when it is imported)
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+for threads in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
+    os.environ.setdefault(threads, "1")
+
+import mujoco
+import numpy as np
+import sysid_peer
+from machine import described
+from rich.console import Console
+from rich.table import Table
+from scipy.linalg import eigh
+
+sys.path.insert(0, str(Path(__file__).parent.parent))
+
+from experiments.concealed.case import generate
+from experiments.concealed.rig import Rig
+from twin.diagnosis.base import base_hypothesis, storey_values
+from twin.diagnosis.bench import Bench
+from twin.diagnosis.fitting import refined
+from twin.diagnosis.predict import nrmse
+from twin.diagnosis.prepare import prepare
+from twin.diagnosis.rig import free_runs, twin_with
+from twin.formats import read_recording
+from twin.model import Twin
+from twin.physics.damping import Damping
+from twin.physics.mass import Mass
+from twin.physics.mechanism import StructuralChange
+from twin.physics.stiffness import Stiffness
+from twin.recording import Recording
+from twin.second_order import SecondOrderModel
+
+Array = np.ndarray
+SEED = 2024
+DAMPING_TOLERANCE = 0.1
+STARTS = {"close": (1.0, 0.004), "hard": (1.15, 0.15)}
+"""Stiffness of the model over the shipped one's, tolerance of masses and stiffnesses."""
+OURS, THEIRS = "twin", "mujoco.sysid"
+ERRORS = ("masses", "stiffnesses", "damping ratios", "test NRMSE")
+
+
+def model_of(factor: float) -> Twin:
+    """Return the shipped model with storeys stiffer by a factor."""
+    twin = Twin.load("two_storey_lumped")
+    spec = mujoco.MjSpec.from_string(twin.mjcf)
+    for storey in ("storey1", "storey2"):
+        spec.joint(storey).stiffness = factor * np.asarray(spec.joint(storey).stiffness)
+    spec.compiler.savecompiled = False
+    return Twin(spec.to_xml(), twin.source) if factor != 1 else twin
+
+
+def ours(bench: Bench, tolerance: float) -> list[StructuralChange]:
+    base = base_hypothesis(bench.model, tolerance, DAMPING_TOLERANCE)
+    return list(refined(bench, [base], 3e-3).hypothesis.base)
+
+
+def edited(model: SecondOrderModel, changes: Sequence[StructuralChange]) -> SecondOrderModel:
+    for change in changes:
+        model = change.edit(model)
+    return model
+
+
+def damping_ratios(model: SecondOrderModel) -> Array:
+    squares, shapes = eigh(model.K, model.M)
+    return np.diag(shapes.T @ model.R @ shapes) / (2 * np.sqrt(squares))
+
+
+def true_changes(model: SecondOrderModel, rig: Rig) -> list[StructuralChange]:
+    """Return what makes the rig of the model, exactly: three dashpots hold any damping matrix."""
+    k = rig.stiffnesses - np.array(list(storey_values(model, model.K).values()))
+    places = ("storey1", "storey2", "floor2")
+    shapes = [Damping(p, 1.0).edit(model).R - model.R for p in places]
+    c = np.linalg.lstsq(
+        np.column_stack([s.ravel() for s in shapes]), (rig.damping - model.R).ravel(), rcond=None
+    )[0]
+    m = rig.masses - np.diag(model.M)
+    return [
+        *(Stiffness(f"storey{i + 1}", float(v)) for i, v in enumerate(k)),
+        *(Damping(p, float(v)) for p, v in zip(places, c, strict=True)),
+        *(Mass(f"floor{i + 1}", float(v)) for i, v in enumerate(m)),
+    ]
+
+
+def errors(twin: Twin, test: Bench, changes: list[StructuralChange], rig: Rig) -> dict[str, float]:
+    """RMS relative errors, and NRMSE of the free run on the unseen recordings."""
+    found = edited(test.model, changes)
+    k = np.array(list(storey_values(found, found.K).values()))
+
+    def off(values: Array, true: Sequence[float]) -> float:
+        return float(np.sqrt(np.mean((values / np.array(true) - 1) ** 2)))
+
+    run = nrmse(test.trials, free_runs(twin_with(twin, changes), test, workers=1))
+    return dict(
+        zip(
+            ERRORS,
+            (
+                off(np.diag(found.M), rig.masses),
+                off(k, rig.stiffnesses),
+                off(damping_ratios(found), rig.damping_ratios),
+                run,
+            ),
+            strict=True,
+        )
+    )
+
+
+def shortened(recording: Recording, seconds: float) -> Recording:
+    count = min(len(recording.data), round(seconds * recording.sampling_hz))
+    r = recording
+    return Recording(r.sampling_hz, r.channels, r.data[:count], r.source, r.start_s, r.notes)
+
+
+def one(number: int, start: str, folder: Path, seconds: float, most: int) -> dict[str, Any]:
+    """Calibrate one rig both ways, ours before and after theirs; times are the processor's."""
+    generate(number, SEED, folder, folder / "sealed", nothing=True)
+    truth = json.loads((folder / "sealed" / f"none_{number:04d}.json").read_text())
+    rig = Rig.from_json(truth["rig"])
+    files = sorted((folder / f"none_{number:04d}").glob("*.csv"))
+    recordings = {p.stem: read_recording(p) for p in files}
+    train = [shortened(r, seconds) for n, r in recordings.items() if n.startswith("train")]
+    factor, tolerance = STARTS[start]
+    twin = model_of(factor)
+    ready = prepare(twin, train, [r for n, r in recordings.items() if n.startswith("test")])
+    times, notes = [], {}
+    for _ in range(2):
+        begin = time.process_time()
+        mine = ours(ready.train, tolerance)
+        times.append(time.process_time() - begin)
+        if len(times) == 1:
+            begin = time.process_time()
+            other, notes = sysid_peer.calibrated(
+                twin, ready.train, tolerance, DAMPING_TOLERANCE, most
+            )
+            spent = time.process_time() - begin
+    exact = true_changes(ready.test.model, rig)
+    return {
+        "rig": number,
+        "start": start,
+        "noise": truth["noise"],
+        "chain": truth["style"],
+        OURS: {"seconds": min(times), **errors(twin, ready.test, mine, rig)},
+        THEIRS: {"seconds": spent, **notes, **errors(twin, ready.test, other, rig)},
+        "model": errors(twin, ready.test, [], rig),
+        "true rig": errors(twin, ready.test, exact, rig),
+    }
+
+
+def table_of(rows: list[dict[str, Any]]) -> Table:
+    table = Table("start, rig", "method", "time [s]", *(f"{e} [%]" for e in ERRORS))
+    for row in rows:
+        label = f"{row['start']}, rig {row['rig']}"
+        for method in ("true rig", "model", OURS, THEIRS):
+            cells = [f"{100 * row[method][e]:.3g}" for e in ERRORS]
+            seconds = row[method].get("seconds")
+            table.add_row(label, method, f"{seconds:.2f}" if seconds else "", *cells)
+            label = ""
+    return table
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--rigs", type=int, default=3)
+    parser.add_argument("--starts", nargs="+", choices=tuple(STARTS), default=tuple(STARTS))
+    parser.add_argument("--seconds", type=float, default=30.0, help="of each training recording")
+    parser.add_argument("--most", type=int, default=100, help="iterations of mujoco.sysid")
+    parser.add_argument("--json", type=Path)
+    chosen = parser.parse_args()
+    if not hasattr(sysid_peer.sysid, "optimize"):
+        raise SystemExit("mujoco.sysid is not complete: pip install 'mujoco[sysid]'")
+    with tempfile.TemporaryDirectory() as name:
+        rows = []
+        for start in chosen.starts:
+            for number in range(1, chosen.rigs + 1):
+                rows.append(one(number, start, Path(name), chosen.seconds, chosen.most))
+                print(json.dumps(rows[-1]), flush=True)
+    Console().print(table_of(rows))
+    if chosen.json:
+        versions = {"mujoco": mujoco.__version__, "numpy": np.__version__}
+        found = {"machine": described(), "versions": versions, "seconds": chosen.seconds}
+        found |= {"most": chosen.most, "rows": rows}
+        chosen.json.write_text(json.dumps(found, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()
