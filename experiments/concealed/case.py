@@ -131,11 +131,15 @@ def generate(
     Returns:
         The SHA-256 of the truth.
     """
-    rng = np.random.default_rng([seed, number, int(nothing)])
     pair = None if nothing else pair_of(number, seed, nominal.storeys)
-    case = draw_case(rng, case_name(number, nothing), pair, nominal)
-    for test in case.plan:
-        forces, seen, _ = motion(case, test)
+    for attempt in range(TRIES):
+        # a spring that softens may lose a hit that the drawing did not look at: then once more
+        rng = np.random.default_rng([seed, number, int(nothing), *([attempt] if attempt else [])])
+        case = draw_case(rng, case_name(number, nothing), pair, nominal)
+        moved = [motion(case, test) for test in case.plan]
+        if all(np.all(np.isfinite(seen)) for _, seen, _ in moved):
+            break
+    for test, (forces, seen, _) in zip(case.plan, moved, strict=True):
         recording = measure(case.chain, test, forces, seen, case.mechanism, rng)
         write_recording(recording, folder / case.name / f"{test.name}.csv")
     return seal(sealed / f"{case.name}.json", case.truth(number, seed))

@@ -112,9 +112,9 @@ def run(
     from twin.model import Twin
 
     twin = Twin.load(model)
-    recordings = [[read_recording(path) for path in paths] for paths in (train, test)]
     return whole(
-        twin, *recordings, tolerance=tolerance, damping_tolerance=damping_tolerance,
+        twin, [read_recording(p) for p in train], [read_recording(p) for p in test],
+        tolerance=tolerance, damping_tolerance=damping_tolerance,
         added_mass=added_mass, seed=seed, tell=tell,
     )  # fmt: skip
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -25,8 +26,14 @@ from twin.second_order import SecondOrderModel
 Array = NDArray[np.float64]
 Between = Literal["band_limited", "linear", "held"]
 
+SLACKS = (1e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3)
+"""Force noise that a filter may assume beyond the measured one, as a share of inertia forces."""
+
 STEPS, ABRUPT_STEPS = 2, 4
 """Integration steps a sample for laws that are smooth, and for those with corners."""
+
+PER_PERIOD = 50
+"""Integration steps in a period of the fastest mode, at least."""
 
 LEAST_NOISE = 1e-4
 """Smallest noise of a channel as a share of its RMS: below it the filter has nothing to weigh."""
@@ -40,11 +47,14 @@ class Bench:
         model: M, R, K of the twin as it is.
         trials: recordings of one sampling rate with the same channels.
         between: what the inputs do between samples.
+        slacks: force noise that a filter may assume beyond the measured one, as a share of the
+            inertia forces, smallest first.
     """
 
     model: SecondOrderModel
     trials: tuple[Trial, ...]
     between: Between = "band_limited"
+    slacks: tuple[float, ...] = SLACKS
 
     @property
     def step_s(self) -> float:
@@ -171,7 +181,7 @@ class Bench:
     ) -> list[tuple[Array, Array, Array]]:
         """Return innovations of corrected outputs, states and memories of variants, by trial."""
         laws = [laws_of(variant.mechanisms) for variant in variants]
-        steps = steps_for(laws[0])
+        steps = steps_for(laws[0], self._plants(variants[:1])[0][0])
         plants = self._plants(variants, steps)
         whole = not any(_changes_data(m) for m in variants[0].mechanisms)
         outputs = self.trials[0].outputs
@@ -224,9 +234,14 @@ def as_recorded(trial: Trial, mechanisms: Sequence[Mechanism]) -> Array:
     return scale
 
 
-def steps_for(laws: Sequence[Law]) -> int:
-    """Return the integration steps a sample that these laws need."""
-    return ABRUPT_STEPS if any(law.abrupt for law in laws) else STEPS
+def steps_for(laws: Sequence[Law], plant: Sampled) -> int:
+    """Return the integration steps a sample that these laws need beside a plant of one step.
+
+    Forces are straight lines within a step, so it must be short against the fastest oscillation.
+    """
+    fastest = float(np.max(np.abs(np.angle(np.linalg.eigvals(plant.A))))) / (2 * np.pi)
+    least = ABRUPT_STEPS if any(law.abrupt for law in laws) else STEPS
+    return max(least, math.ceil(PER_PERIOD * fastest)) if laws else 1
 
 
 def _changes_data(mechanism: Mechanism) -> bool:

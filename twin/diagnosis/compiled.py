@@ -49,7 +49,7 @@ def stepper(laws: tuple[type[Law], ...], counts: tuple[int, ...]) -> Callable[..
     count = len(laws)
 
     @numba.njit(nogil=True)
-    def step_through(
+    def step_through(  # type: ignore[no-untyped-def]
         A, B0, B1, E0, E1, C, D, F, drift, rate, Kf, Kw, u, smooth, y, start, limits, numbers,
         memory, begin_s, steps, step_s, innovations, states, memories,
     ):  # fmt: skip
@@ -59,7 +59,7 @@ def stepper(laws: tuple[type[Law], ...], counts: tuple[int, ...]) -> Callable[..
         h = step_s / steps
         x, xc, free, later = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
         f, g, e = np.zeros(count), np.zeros(count), np.zeros(m)
-        z, zc, zl = np.zeros(count), np.zeros(count), np.zeros(count)
+        z, zl = np.zeros(count), np.zeros(count)
         for v in range(variants):
             w = v if u.shape[0] > 1 else 0
             x[:] = start

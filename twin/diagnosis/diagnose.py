@@ -13,12 +13,13 @@ from twin.diagnosis.base import DAMPING_TOLERANCE, TOLERANCE, base_hypothesis
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.detection import detect
 from twin.diagnosis.evidence import probabilities
-from twin.diagnosis.fitting import Fit, fit, refined
+from twin.diagnosis.fitting import Fit, fit
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.pictures import force_pictures
 from twin.diagnosis.plant import laws_of
 from twin.diagnosis.predict import ahead, from_rest, noise_floors, nrmse, strength_of
 from twin.diagnosis.prepare import Prepared, prepare
+from twin.diagnosis.refining import refined
 from twin.diagnosis.result import Diagnosis, Errors, Finding, Fits, Trace, Verdict
 from twin.diagnosis.rig import free_runs, heights_of, twin_with
 from twin.diagnosis.search import Found, search
@@ -110,7 +111,9 @@ def diagnose(
         tuple((*c.label, c.gain) for c in stage.candidates),
         pictures,
         traces,
-        *shown.twins,
+        shown.twins["nominal"],
+        shown.twins["calibrated"],
+        shown.twins["explained"],
         next_experiment=None,
         notes=notes,
         seconds=time.perf_counter() - clock.began,
@@ -126,9 +129,9 @@ def _findings(found: Found) -> tuple[tuple[Finding, ...], tuple[Finding, ...]]:
     if found.named is not None:
         chances = probabilities([best, found.named])
         law = Finding(best.hypothesis.found[0], _std(best, 0), chances[0])
-        for number, other in enumerate(found.named.hypothesis.found):
+        for number, mechanism in enumerate(found.named.hypothesis.found):
             delta = float(found.named.bic - best.bic)
-            alternatives.append(Finding(other, _std(found.named, number), chances[1], delta))
+            alternatives.append(Finding(mechanism, _std(found.named, number), chances[1], delta))
         return (law,), tuple(alternatives)
     strengths = strength_of(found.bench, best.hypothesis, best.slack)
     for number in range(count):
@@ -254,21 +257,14 @@ class _Shown:
         near: dict[str, Errors] = {}
         traces: list[Trace] = []
         for role, bench in self.benches.items():
-            runs = {
-                name: free_runs(twin, bench)
-                for name, twin in zip(self.hypotheses, self.twins, strict=True)
-            }
+            runs = {name: free_runs(twin, bench) for name, twin in self.twins.items()}
             if self.approximate:
                 self.in_mujoco[role] = _finite(nrmse(bench.trials, runs["explained"]))
                 runs["explained"] = from_rest(bench, *self.hypotheses["explained"])
             windows = {n: ahead(bench, h, s) for n, (h, s) in self.hypotheses.items()}
             floors = noise_floors(bench, *self.hypotheses["explained"], seed=self.seed)
-            free[role] = Errors(
-                *(_finite(nrmse(bench.trials, r)) for r in runs.values()), floors[0]
-            )
-            near[role] = Errors(
-                *(_finite(nrmse(bench.trials, w)) for w in windows.values()), floors[1]
-            )
+            free[role] = _errors(bench, runs, floors[0])
+            near[role] = _errors(bench, windows, floors[1])
             for number, trial in enumerate(bench.trials):
                 traces.append(
                     Trace(
@@ -279,11 +275,18 @@ class _Shown:
                         trial.outputs,
                         trial.u,
                         trial.y,
-                        *(runs[n][number] for n in self.hypotheses),
+                        runs["nominal"][number],
+                        runs["calibrated"][number],
+                        runs["explained"][number],
                         windows["explained"][number],
                     )
                 )
         return Fits(free["train"], free["test"]), Fits(near["train"], near["test"]), tuple(traces)
+
+
+def _errors(bench: Bench, outputs: Mapping[str, Sequence[Array]], floor: float) -> Errors:
+    each = {name: _finite(nrmse(bench.trials, values)) for name, values in outputs.items()}
+    return Errors(each["nominal"], each["calibrated"], each["explained"], floor)
 
 
 def _finite(value: float) -> float:

@@ -222,7 +222,7 @@ def with_laws(
     memory: Array | None = None,
     begin_s: float = 0.0,
 ) -> tuple[Array, Array, Array]:
-    """Return innovations, predicted states and memories of variants of a plant with laws on one trial.
+    """Return innovations, predicted states and memories of a plant with laws on one trial.
 
     Args:
         plants: one a variant, sampled at ``step_s / steps``.

@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnosis.bench import Bench
+from twin.diagnosis.bench import SLACKS, Bench
 from twin.diagnosis.filtering import Gain
 from twin.diagnosis.hypothesis import Hypothesis, Unknown
-from twin.physics.mechanism import Disturbance
 
 Array = NDArray[np.float64]
-
-SLACKS = (1e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3)
-"""Force noise that a filter may assume beyond the measured one, as a share of inertia forces."""
 
 STEP = 1e-3
 """Of the finite differences, as a share of each unknown's size."""
@@ -102,11 +98,10 @@ class _Problem:
         self.gains = gains_of(bench, hypothesis, slack)
         self.Phi = bench.start_effects(hypothesis, self.gains)
 
-    def residuals(
-        self, vectors: Array, starts: Sequence[Array]
-    ) -> tuple[list[Array], list[Hypothesis]]:
+    def residuals(self, vectors: Array, starts: Sequence[Array]) -> list[Array]:
+        """Return the innovations at several values of the unknowns, by trial."""
         variants = [self.hypothesis.at(self.unknowns, v) for v in vectors]
-        return self.bench.innovations(variants, self.gains, starts), variants
+        return self.bench.innovations(variants, self.gains, starts)
 
 
 def gains_of(bench: Bench, hypothesis: Hypothesis, slack: float) -> tuple[Gain, ...]:
@@ -152,15 +147,15 @@ def fit(
     theta = hypothesis.vector(unknowns)
     size = np.array([u.size for u in unknowns])
     n = problem.Phi[0].shape[0]
-    begin = _fitting(starts, n, len(bench.trials))
-    found, variants = problem.residuals(theta[None], begin)
+    begin = fitting_starts(starts, n, len(bench.trials))
+    found = problem.residuals(theta[None], begin)
     e = [row[0] for row in found]
     value = log_likelihood(e) + log_prior(unknowns, theta)
     trust = 1e-9
     H = np.eye(len(theta))
     for _ in range(iterations):
         steps = np.diag(STEP * size)
-        found, _ = problem.residuals(theta + steps, begin)
+        found = problem.residuals(theta + steps, begin)
         J = [
             np.moveaxis((row - e[i][None]) / (STEP * size)[:, None, None], 0, -1)
             for i, row in enumerate(found)
@@ -172,7 +167,7 @@ def fit(
             step = np.clip(step, -6 * size, 6 * size)
             trial_theta = theta + step
             trial_begin = solve_start(step)
-            found, variants = problem.residuals(trial_theta[None], trial_begin)
+            found = problem.residuals(trial_theta[None], trial_begin)
             trial_e = [row[0] for row in found]
             trial_value = log_likelihood(trial_e) + log_prior(unknowns, trial_theta)
             if trial_value > value:
@@ -212,7 +207,8 @@ def _solved(H: Array, gradient: Array, size: Array, trust: float) -> Array:
     return np.asarray(np.linalg.solve(damped, gradient * size))
 
 
-def _fitting(starts: Sequence[Array] | None, n: int, trials: int) -> list[Array]:
+def fitting_starts(starts: Sequence[Array] | None, n: int, trials: int) -> list[Array]:
+    """Return initial states for n states: given ones with zeros for states they lack, or rest."""
     if starts is None:
         return [np.zeros(n) for _ in range(trials)]
     return [np.concatenate([s, np.zeros(n)])[:n] for s in starts]
@@ -255,110 +251,3 @@ def _normal(
         ]
 
     return H, gradient, solve
-
-
-DISTURBANCE_STEPS = (0.01, 0.1, 0.4, 2.5, 10.0)
-"""Factors by which the strength and the bandwidth of an unmeasured force are tried."""
-
-
-def with_disturbances(bench: Bench, found: Fit) -> Fit:
-    """Return the fit with strengths and bandwidths of its unmeasured forces that it likes best.
-
-    They act on the filter's gain alone, which the Gauss-Newton steps hold fixed.
-    """
-    best = found
-    for index, mechanism in enumerate(found.hypothesis.found):
-        if not isinstance(mechanism, Disturbance):
-            continue
-        for name in ("rms", "bandwidth"):
-            here = best.hypothesis.found[index]
-            for factor in DISTURBANCE_STEPS:
-                changed = here.with_values({name: factor * here.values[name]})
-                mechanisms = list(best.hypothesis.found)
-                mechanisms[index] = changed
-                hypothesis = replace(found.hypothesis, found=tuple(mechanisms))
-                try:
-                    gains = gains_of(bench, hypothesis, best.slack)
-                except np.linalg.LinAlgError:
-                    continue
-                rows = bench.innovations([hypothesis], gains, best.starts)
-                e = tuple(row[0] for row in rows)
-                value = log_likelihood(e)
-                if value > best.log_likelihood:
-                    best = replace(
-                        best, hypothesis=hypothesis, log_likelihood=value, gains=gains,
-                        innovations=e,
-                    )  # fmt: skip
-    return best
-
-
-def with_slack(bench: Bench, found: Fit, slacks: Sequence[float] = SLACKS) -> Fit:
-    """Return the fit with the slack that its likelihood likes best, parameters unchanged."""
-    best = found
-    for slack in slacks:
-        if slack == found.slack:
-            continue
-        try:
-            gains = gains_of(bench, found.hypothesis, slack)
-        except np.linalg.LinAlgError:
-            continue
-        rows = bench.innovations([found.hypothesis], gains, found.starts)
-        e = tuple(row[0] for row in rows)
-        value = log_likelihood(e)
-        if value > best.log_likelihood:
-            best = replace(found, log_likelihood=value, slack=slack, gains=gains, innovations=e)
-    return best
-
-
-def refined(
-    bench: Bench,
-    starts: Sequence[Hypothesis],
-    slack: float,
-    states: Sequence[Array] | None = None,
-    rounds: int = 6,
-    iterations: int = 3,
-) -> Fit:
-    """Fit parameters and slack in turn until neither gains.
-
-    A slack that falls as the fit improves is what keeps it out of local minima: the filter follows
-    the data closely at first and leaves more and more to the model.
-
-    Args:
-        bench: trials and model.
-        starts: the same hypothesis at one or more starting points; the best one is taken.
-        slack: to begin with.
-        states: initial states, one (n,) a trial.
-        rounds: at most.
-        iterations: Gauss-Newton steps in each.
-    """
-    hypothesis = max(starts, key=lambda h: _posterior(bench, h, slack, states))
-    try:
-        best = fit(bench, hypothesis, slack, states, iterations)
-    except np.linalg.LinAlgError:
-        # with no noise to speak of the Riccati equation can be too stiff
-        best = fit(bench, hypothesis, max(100 * slack, SLACKS[2]), states, iterations)
-    for _ in range(rounds):
-        near = [s for s in SLACKS if best.slack / 35 < s < best.slack * 35]
-        moved = with_disturbances(bench, with_slack(bench, best, near))
-        before = best.log_posterior
-        try:
-            best = fit(bench, moved.hypothesis, moved.slack, moved.starts, iterations)
-        except np.linalg.LinAlgError:
-            return moved
-        if moved.slack == best.slack and best.log_posterior - before < 1.0:
-            return best
-    return best
-
-
-def _posterior(
-    bench: Bench, hypothesis: Hypothesis, slack: float, states: Sequence[Array] | None
-) -> float:
-    """Return the log posterior of a hypothesis as it stands."""
-    try:
-        gains = gains_of(bench, hypothesis, slack)
-    except np.linalg.LinAlgError:
-        return -np.inf
-    begin = _fitting(states, len(gains[0].filtered), len(bench.trials))
-    unknowns = hypothesis.unknowns()
-    rows = bench.innovations([hypothesis], gains, begin)
-    return log_likelihood([r[0] for r in rows]) + log_prior(unknowns, hypothesis.vector(unknowns))

@@ -56,7 +56,7 @@ def force_histories(
     longest = max(len(drift) for drift, _ in motions)
     d = np.array([np.pad(x, (0, longest - len(x))) for x, _ in motions])[:, None]
     v = np.array([np.pad(x, (0, longest - len(x))) for _, x in motions])[:, None]
-    t = step_s * np.arange(longest)
+    t = np.asarray(step_s * np.arange(longest), float)
     memory = np.zeros((len(motions), len(laws), longest))
     if law.memory:
         batch = law.with_values(values)

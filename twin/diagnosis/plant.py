@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -104,7 +105,7 @@ def build(
     b = np.column_stack(vectors) if vectors else np.zeros((n, 0))
     acc_u, acc_f, acc_w = inverse @ T, -inverse @ b, inverse
 
-    def rows(full: Array, direct: Array, extra: Array | None = None) -> Array:
+    def rows(full: Array, direct: Any, extra: Array | None = None) -> Array:
         """Pick each output's row out of accelerations (direct) or displacements (zero)."""
         out = []
         for name in outputs:

@@ -36,7 +36,7 @@ def _run(
 ) -> tuple[Array, Array, Array]:  # fmt: skip
     """Return innovations, states and memories of one hypothesis on a sound trial."""
     laws = laws_of(hypothesis.mechanisms)
-    steps = steps_for(laws)
+    steps = steps_for(laws, bench.plant(trial, hypothesis.mechanisms))
     plant = bench.plant(trial, hypothesis.mechanisms, steps)
     limits = limits_of(hypothesis.mechanisms, trial.outputs)[None]
     e, x, z = with_laws(

@@ -62,7 +62,7 @@ def prepare(
     for recording in everything:
         _known(twin, recording)
         _excited(recording)
-    recordings, rate = _one_rate(everything, notes)
+    recordings = _one_rate(everything, notes)
     inputs = sorted({name for r in recordings for name in r.inputs})
     outputs = [n for n in recordings[0].names if _is_output(n, inputs)]
     common = [n for n in outputs if all(n in r.names for r in recordings)]
@@ -79,9 +79,9 @@ def prepare(
         twin = twin.released()
         notes.append("the ground is driven, so its clamp is taken as undone")
     places = twin.second_order().coordinates
-    for recording, place in _masses(added_mass):
+    for source, place in _masses(added_mass):
         if place not in places:
-            raise RecordingError(f"{recording}: no place '{place}' for an added mass; "
+            raise RecordingError(f"{source}: no place '{place}' for an added mass; "
                                  f"there are {available(places)}")  # fmt: skip
     model = twin.second_order()
     slowest = _slowest(model)
@@ -131,7 +131,7 @@ def _excited(recording: Recording) -> None:
         )
 
 
-def _one_rate(recordings: Sequence[Recording], notes: list[str]) -> tuple[list[Recording], float]:
+def _one_rate(recordings: Sequence[Recording], notes: list[str]) -> list[Recording]:
     """Resample to the lowest rate, and say so."""
     rate = min(r.sampling_hz for r in recordings)
     out = []
@@ -146,7 +146,7 @@ def _one_rate(recordings: Sequence[Recording], notes: list[str]) -> tuple[list[R
             notes.append(f"{r.source}: resampled from {r.sampling_hz:g} to {rate:g} Hz")
             r = Recording(rate, r.channels, data, r.source, r.start_s, r.notes)
         out.append(r)
-    return out, rate
+    return out
 
 
 def _trial(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -22,6 +23,9 @@ Array = NDArray[np.float64]
 
 FINEST_S = 1e-3
 """Longest step of a simulation [s]."""
+
+FINEST = 100
+"""Steps in the period of the highest mode, at least."""
 
 HELD_STEPS = 16
 """Pieces of a sampling interval in which a held input is played back."""
@@ -42,8 +46,8 @@ def merged(mechanisms: Sequence[Mechanism]) -> tuple[Mechanism, ...]:
 
 def twin_with(twin: Twin, mechanisms: Sequence[Mechanism]) -> Twin:
     """Return a twin that has the mechanisms; those that change nothing are left out."""
-    kept = [m for m in merged(mechanisms) if m.values.get("change", 1.0) != 0.0]
-    return twin.including(*kept)
+    kept = [m for m in merged((*twin.mechanisms, *mechanisms)) if m.values.get("change", 1.0)]
+    return replace(twin, mechanisms=()).including(*kept)
 
 
 def heights_of(twin: Twin) -> dict[str, float]:
@@ -71,7 +75,8 @@ def free_run(twin: Twin, trial: Trial, between: Between) -> Array:
         (samples, m); NaN throughout where the motion diverges.
     """
     sound = corrected(trial, [m for m in twin.mechanisms if _of_input(m, trial)])
-    fine = max(1, math.ceil(1 / (FINEST_S * trial.sampling_hz) - 1e-9))
+    highest = float(np.max(twin.second_order().undamped_modes().natural_freq))
+    fine = max(1, math.ceil(max(1 / FINEST_S, FINEST * highest) / trial.sampling_hz - 1e-9))
     rate = trial.sampling_hz
     u = sound.u
     if between == "band_limited":
@@ -79,7 +84,7 @@ def free_run(twin: Twin, trial: Trial, between: Between) -> Array:
         u = np.vstack([u, np.repeat(u[-1:], fine - 1, axis=0)])
     elif between == "held":
         u, rate = np.repeat(u, HELD_STEPS, axis=0), rate * HELD_STEPS
-    loaded = twin.including(*(Mass(place, kg) for place, kg in trial.added_mass.items()))
+    loaded = twin_with(twin, [Mass(place, kg) for place, kg in trial.added_mass.items()])
     columns = dict(zip(trial.inputs, u.T, strict=True))
     table = columns.pop(SHAKE_TABLE, None)
     try:

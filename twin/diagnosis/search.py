@@ -7,12 +7,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from twin.diagnosis.adjusting import by_free_run, with_between, with_noise
 from twin.diagnosis.base import surroundings
-from twin.diagnosis.bench import Bench, Between
-from twin.diagnosis.fitting import Fit, fit, refined, with_slack
+from twin.diagnosis.bench import Bench
+from twin.diagnosis.fitting import Fit
 from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.locating import locate
 from twin.diagnosis.motion import motion_of
-from twin.diagnosis.screen import Candidate, Scene, locate, screen
+from twin.diagnosis.refining import refined, with_slack
+from twin.diagnosis.scene import Candidate, Scene
+from twin.diagnosis.screen import screen
 from twin.physics.mechanism import Disturbance, Mechanism
 from twin.physics.restoring_force import RestoringForce
 
@@ -39,8 +43,6 @@ REFINED = 4
 
 WORTH = 0.1
 """Candidates that promise less than this share of the best one's gain are not fitted in full."""
-
-BETWEEN: tuple[Between, ...] = ("band_limited", "linear", "held")
 
 LITTLE = 1e-3
 """Slack up to which a filter trusts its model as it stands."""
@@ -100,7 +102,7 @@ def search(
     """
     tell("calibrating")
     nothing = refined(bench, [base], 3e-3)
-    bench, nothing = _between(bench, nothing)
+    bench, nothing = with_noise(*with_between(bench, nothing))
     current = nothing
     stages = []
     for number in range(most):
@@ -116,7 +118,7 @@ def search(
             break
         current = allowed[0]
         if number == 0:
-            bench, current = _between(bench, current)
+            bench, current = by_free_run(*with_noise(*with_between(bench, current)))
     unnamed = _unnamed(bench, nothing, current, stages, heights, tell)
     return Found(nothing, unnamed or current, tuple(stages), bench, current if unnamed else None)
 
@@ -167,25 +169,6 @@ def _about_motion(best: Fit) -> bool:
 def _narrow(mechanism: Mechanism) -> bool:
     """Return whether a mechanism is no disturbance, or one in a narrow band."""
     return not isinstance(mechanism, Disturbance) or mechanism.oscillator()[1] < NARROW_HZ
-
-
-def _between(bench: Bench, current: Fit) -> tuple[Bench, Fit]:
-    """Choose what the inputs do between samples, now that the model can tell."""
-    best, chosen = current, bench
-    for between in BETWEEN:
-        if between == bench.between:
-            continue
-        other = replace(bench, between=between)
-        try:
-            found = fit(other, current.hypothesis, current.slack, current.starts, iterations=3)
-        except np.linalg.LinAlgError:
-            continue
-        found = with_slack(other, found)
-        if found.log_posterior > best.log_posterior + DECISIVE / 2:
-            best, chosen = found, other
-    if chosen is not bench:
-        best = refined(chosen, [best.hypothesis], best.slack, best.starts)
-    return chosen, best
 
 
 def _stage(

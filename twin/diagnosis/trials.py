@@ -86,7 +86,15 @@ def trial(
     length = len(next(iter(columns.values())))
     u = np.column_stack([columns.get(c, np.zeros(length)) for c in inputs])
     y = np.column_stack([columns[c] for c in outputs])
-    levels = [np.array([noise_floor(c) for c in table.T]) for table in (u, y)]
+    noise_u, noise_y = (np.array([noise_floor(c) for c in table.T]) for table in (u, y))
     return Trial(
-        name, sampling_hz, tuple(inputs), tuple(outputs), u, y, *levels, dict(added_mass or {})
+        name,
+        sampling_hz,
+        tuple(inputs),
+        tuple(outputs),
+        u,
+        y,
+        noise_u,
+        noise_y,
+        dict(added_mass or {}),
     )

@@ -1,0 +1,122 @@
+"""Fit a hypothesis and the slack of its filter in turn, strengths of unmeasured forces included."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.diagnosis.bench import SLACKS, Bench
+from twin.diagnosis.fitting import Fit, fit, fitting_starts, gains_of, log_likelihood, log_prior
+from twin.diagnosis.hypothesis import Hypothesis
+from twin.physics.mechanism import Disturbance
+
+Array = NDArray[np.float64]
+
+DISTURBANCE_STEPS = (0.01, 0.1, 0.4, 2.5, 10.0)
+"""Factors by which the strength and the bandwidth of an unmeasured force are tried."""
+
+
+def with_disturbances(bench: Bench, found: Fit) -> Fit:
+    """Return the fit with strengths and bandwidths of its unmeasured forces that it likes best.
+
+    They act on the filter's gain alone, which the Gauss-Newton steps hold fixed.
+    """
+    best = found
+    for index, mechanism in enumerate(found.hypothesis.found):
+        if not isinstance(mechanism, Disturbance):
+            continue
+        for name in ("rms", "bandwidth"):
+            here = best.hypothesis.found[index]
+            for factor in DISTURBANCE_STEPS:
+                changed = here.with_values({name: factor * here.values[name]})
+                mechanisms = list(best.hypothesis.found)
+                mechanisms[index] = changed
+                hypothesis = replace(found.hypothesis, found=tuple(mechanisms))
+                try:
+                    gains = gains_of(bench, hypothesis, best.slack)
+                except np.linalg.LinAlgError:
+                    continue
+                rows = bench.innovations([hypothesis], gains, best.starts)
+                e = tuple(row[0] for row in rows)
+                value = log_likelihood(e)
+                if value > best.log_likelihood:
+                    best = replace(
+                        best, hypothesis=hypothesis, log_likelihood=value, gains=gains,
+                        innovations=e,
+                    )  # fmt: skip
+    return best
+
+
+def with_slack(bench: Bench, found: Fit, slacks: Sequence[float] | None = None) -> Fit:
+    """Return the fit with the slack that its likelihood likes best, parameters unchanged."""
+    best = found
+    for slack in bench.slacks if slacks is None else slacks:
+        if slack == found.slack:
+            continue
+        try:
+            gains = gains_of(bench, found.hypothesis, slack)
+        except np.linalg.LinAlgError:
+            continue
+        rows = bench.innovations([found.hypothesis], gains, found.starts)
+        e = tuple(row[0] for row in rows)
+        value = log_likelihood(e)
+        if value > best.log_likelihood:
+            best = replace(found, log_likelihood=value, slack=slack, gains=gains, innovations=e)
+    return best
+
+
+def refined(
+    bench: Bench,
+    starts: Sequence[Hypothesis],
+    slack: float,
+    states: Sequence[Array] | None = None,
+    rounds: int = 6,
+    iterations: int = 3,
+) -> Fit:
+    """Fit parameters and slack in turn until neither gains.
+
+    A slack that falls as the fit improves is what keeps it out of local minima: the filter follows
+    the data closely at first and leaves more and more to the model.
+
+    Args:
+        bench: trials and model.
+        starts: the same hypothesis at one or more starting points; the best one is taken.
+        slack: to begin with.
+        states: initial states, one (n,) a trial.
+        rounds: at most.
+        iterations: Gauss-Newton steps in each.
+    """
+    hypothesis = max(starts, key=lambda h: _posterior(bench, h, slack, states))
+    try:
+        best = fit(bench, hypothesis, slack, states, iterations)
+    except np.linalg.LinAlgError:
+        # with no noise to speak of the Riccati equation can be too stiff
+        best = fit(bench, hypothesis, max(100 * slack, SLACKS[2]), states, iterations)
+    for _ in range(rounds):
+        near = [s for s in bench.slacks if best.slack / 35 < s < best.slack * 35]
+        moved = with_disturbances(bench, with_slack(bench, best, near))
+        before = best.log_posterior
+        try:
+            best = fit(bench, moved.hypothesis, moved.slack, moved.starts, iterations)
+        except np.linalg.LinAlgError:
+            return moved
+        if moved.slack == best.slack and best.log_posterior - before < 1.0:
+            return best
+    return best
+
+
+def _posterior(
+    bench: Bench, hypothesis: Hypothesis, slack: float, states: Sequence[Array] | None
+) -> float:
+    """Return the log posterior of a hypothesis as it stands."""
+    try:
+        gains = gains_of(bench, hypothesis, slack)
+    except np.linalg.LinAlgError:
+        return -np.inf
+    begin = fitting_starts(states, len(gains[0].filtered), len(bench.trials))
+    unknowns = hypothesis.unknowns()
+    rows = bench.innovations([hypothesis], gains, begin)
+    return log_likelihood([r[0] for r in rows]) + log_prior(unknowns, hypothesis.vector(unknowns))

@@ -1,0 +1,101 @@
+"""How much of the innovations a law explains, by regression along the smoothed motion.
+
+Along the smoothed motion the force of a law is known but for its strength, and a known force
+enters the innovations of a linear filter linearly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.diagnosis.filtering import effect_of_force
+from twin.diagnosis.fitting import STEP, covariances
+from twin.diagnosis.motion import at_place, force_histories
+from twin.diagnosis.plant import build, sampled
+from twin.diagnosis.scene import Candidate, Scene
+from twin.physics.mechanism import Law
+
+Array = NDArray[np.float64]
+
+
+class Regression:
+    """The innovations of the scene's fit, whitened, without what its own parameters explain."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        bench, fit0 = scene.bench, scene.fit
+        unknowns = fit0.hypothesis.unknowns()
+        theta = fit0.hypothesis.vector(unknowns)
+        size = np.array([u.size for u in unknowns])
+        variants = [fit0.hypothesis.at(unknowns, theta + step) for step in np.diag(STEP * size)]
+        rows = bench.innovations(variants, fit0.gains, fit0.starts)
+        Phi = bench.start_effects(fit0.hypothesis, fit0.gains)
+        self.W = [np.linalg.inv(np.linalg.cholesky(S)).T for S in covariances(fit0.innovations)]
+        J, e = [], []
+        for i, own in enumerate(fit0.innovations):
+            d = (rows[i] - own[None]) / (STEP * size)[:, None, None] * size[:, None, None]
+            J.append(self.whitened(i, d))
+            e.append((own @ self.W[i]).reshape(-1, 1))
+        prior = np.diag([0.0 if np.isinf(u.prior_std) else u.size / u.prior_std for u in unknowns])
+        mean = np.array([u.prior_mean for u in unknowns])
+        pull = (
+            -(theta - mean) / size * np.diag(prior)
+        )  # the prior's residual is prior (theta + step) / size
+        self.lengths = [len(x) for x in e]
+        blocks = [np.vstack([*J, prior])]
+        starts = []
+        offset = 0
+        total = sum(self.lengths) + len(unknowns)
+        for i, phi in enumerate(Phi):
+            block = np.zeros((total, phi.shape[0]))
+            block[offset : offset + self.lengths[i]] = self.whitened(i, phi)
+            norm = np.linalg.norm(block, axis=0)
+            starts.append(block[:, norm > 0] / norm[norm > 0])
+            offset += self.lengths[i]
+        self.Q, self.R = np.linalg.qr(np.hstack([*blocks, *starts]))
+        self.target = np.concatenate([np.vstack(e)[:, 0], -pull])
+        self.rest = self.target - self.Q @ (self.Q.T @ self.target)
+        self.unknowns, self.theta, self.size = unknowns, theta, size
+
+    def whitened(self, trial: int, effects: Array) -> Array:
+        """Return effects (p, samples, m) as columns of whitened samples, (samples m, p)."""
+        return np.moveaxis(effects @ self.W[trial], 0, -1).reshape(-1, len(effects))
+
+    def best(self, starts: Sequence[Law]) -> Candidate:
+        """Return the start that explains most, at its best strength."""
+        scene = self.scene
+        bench, fit0 = scene.bench, scene.fit
+        law = starts[0]
+        parts = []
+        motions = [at_place(bench.model, state, law.place) for state in scene.moved]
+        histories = force_histories(starts, motions, bench.step_s)
+        for i, trial in enumerate(bench.trials):
+            found = fit0.hypothesis.including(law).mechanisms
+            whole = build(trial.base(bench.model), found, trial.inputs, trial.outputs)
+            plant = sampled(whole, bench.step_s, bench.between == "held")
+            effects = [effect_of_force(plant, fit0.gains[i], 0, f) for f in histories[i]]
+            parts.append(self.whitened(i, np.array(effects)))
+        X = np.vstack([*parts, np.zeros((len(self.unknowns), len(starts)))])
+        raw = X
+        X = X - self.Q @ (self.Q.T @ X)
+        power = np.sum(X**2, axis=0)
+        power[power == 0] = np.inf
+        inner = X.T @ self.rest
+        # e - (-X) a: the effect of strength a is a X, so the best a is -inner / power
+        strength = -inner / power
+        explained = inner**2 / power
+        if (law.parameters[next(iter(law.parameters))]).scale == "log":
+            explained = np.where(strength > 0, explained, 0.0)
+        winner = int(np.argmax(explained))
+        if explained[winner] <= 0:
+            return Candidate(starts[winner], -np.inf)
+        total = float(self.rest @ self.rest)
+        share = min(explained[winner] / total, 1 - 1e-12)
+        gained = -0.5 * total * np.log1p(-share)
+        moved = self.target + strength[winner] * raw[:, winner]
+        step = -np.linalg.lstsq(self.R, self.Q.T @ moved, rcond=1e-12)[0][: len(self.unknowns)]
+        along = fit0.hypothesis.at(self.unknowns, self.theta + np.clip(step, -20, 20) * self.size)
+        return Candidate(starts[winner].scaled(float(strength[winner])), float(gained), along)
