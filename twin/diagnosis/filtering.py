@@ -112,9 +112,9 @@ def recursion(F: Array, g: Array, start: Array | None = None) -> Array:
     Solved in the modes of F, each a first-order filter.
     """
     poles, V = np.linalg.eig(F)
-    inverse = np.linalg.inv(V)
-    if not np.linalg.norm(V) * np.linalg.norm(inverse) < 1e10:
+    if not np.linalg.cond(V) < 1e10:
         return _stepwise(F, g, start)
+    inverse = np.linalg.inv(V)
     # of each conjugate pair one is enough
     keep = np.flatnonzero(poles.imag >= 0)
     weight = np.where(poles.imag[keep] > 0, 2.0, 1.0)
