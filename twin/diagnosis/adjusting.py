@@ -18,6 +18,9 @@ CLEAR = 15.0
 TRUSTED = 1e-6
 """Factor on the forces' noise that makes a filter a simulation."""
 
+REPRODUCIBLE = 0.05
+"""Largest error of a free run that is taken as evidence: beyond it small errors have grown."""
+
 RUNS_BETTER = 0.9
 """A fit of the free run must take its error down to this share of what it was."""
 
@@ -94,4 +97,5 @@ def by_free_run(bench: Bench, current: Fit) -> tuple[Bench, Fit]:
         nrmse(b.trials, from_rest(b, f.hypothesis, f.slack))
         for b, f in ((bench, current), (trusting, found))
     ]
-    return (trusting, found) if errors[1] < RUNS_BETTER * errors[0] else (bench, current)
+    better = errors[1] < min(RUNS_BETTER * errors[0], REPRODUCIBLE)
+    return (trusting, found) if better else (bench, current)

@@ -90,6 +90,10 @@ def surroundings(
     floors = [i for i, c in enumerate(model.coordinates) if c.startswith("floor")]
     digits = "".join(c for c in place.split("+")[0].split("_")[-1] if c.isdigit())
     number = min(int(digits or 1), len(floors))
+    mass = float(M[floors[number - 1]])
+    if place == "ground":
+        known = bench.ground_mass > 0
+        mass = bench.ground_mass if known else float(M[floors].sum())
     key = f"storey{number}"
     channel = place.split("+")[0]
     readings = [t.columns[channel] for t in bench.trials if channel in t.columns]
@@ -98,7 +102,7 @@ def surroundings(
     return Surroundings(
         stiffness=stiffness[key],
         damping=damping[key],
-        mass=float(M[floors[number - 1]]) if place != "ground" else float(M[floors].sum()),
+        mass=mass,
         mass_above=float(M[floors[number - 1 :]].sum()),
         height=heights.get(key, 1.0),
         drift=motion[where],

@@ -47,6 +47,7 @@ class Bench:
         model: M, R, K of the twin as it is.
         trials: recordings of one sampling rate with the same channels.
         between: what the inputs do between samples.
+        ground_mass: of the model's ground [kg], or NaN.
         slacks: force noise that a filter may assume beyond the measured one, as a share of the
             inertia forces, smallest first.
     """
@@ -54,6 +55,7 @@ class Bench:
     model: SecondOrderModel
     trials: tuple[Trial, ...]
     between: Between = "band_limited"
+    ground_mass: float = float("nan")
     slacks: tuple[float, ...] = SLACKS
 
     @property

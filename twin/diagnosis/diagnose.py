@@ -243,6 +243,16 @@ class _Shown:
             name: twin_with(ready.twin, h.mechanisms) for name, (h, _) in self.hypotheses.items()
         }
 
+    def notes(self) -> tuple[str, ...]:
+        """Say where the MuJoCo model only comes near the law that was fitted."""
+        if not self.approximate:
+            return ()
+        reached = ", ".join(f"{v:.3g} ({role})" for role, v in self.in_mujoco.items())
+        return (
+            "the free runs of the explained twin are those of the fitted law; the MJCF's native "
+            f"elements, which only come near it, reach an error of {reached}",
+        )
+
     def fits(self) -> tuple[Fits, Fits, tuple[Trace, ...]]:
         """Return free-run errors, two-second errors, and every recording beside its runs."""
         free: dict[str, Errors] = {}

@@ -88,9 +88,12 @@ def prepare(
     recordings = [_without_offset(r, common, slowest, notes) for r in recordings]
     trials = [_trial(r, inputs, common, (added_mass or {}).get(r.source, {})) for r in recordings]
     count = len(train)
-    benches = Bench(model, tuple(trials[:count])), Bench(model, tuple(trials[count:]))
+    ground = float(twin.compile().body("ground").mass[0])
+    benches = tuple(
+        Bench(model, tuple(part), ground_mass=ground) for part in (trials[:count], trials[count:])
+    )
     _enough(benches[0])
-    return Prepared(twin, *benches, tuple(notes))
+    return Prepared(twin, benches[0], benches[1], tuple(notes))
 
 
 def _masses(added: Mapping[str, Mapping[str, float]] | None) -> list[tuple[str, str]]:

@@ -104,8 +104,27 @@ def refined(
         except np.linalg.LinAlgError:
             return moved
         if moved.slack == best.slack and best.log_posterior - before < 1.0:
-            return best
+            tightened = _tightened(bench, best, iterations)
+            if tightened.log_posterior - best.log_posterior < 1.0:
+                return best
+            best = tightened
     return best
+
+
+def _tightened(bench: Bench, best: Fit, iterations: int) -> Fit:
+    """Fit with much less slack from where the fit rests, where it has slack to lose.
+
+    At a large slack the filter follows the data whatever the parameters are, and the likelihood is
+    flat; at a small one the way to the right values may go on.
+    """
+    if best.slack < 1e-3:
+        return best
+    less = max((s for s in bench.slacks if s <= best.slack / 10), default=bench.slacks[0])
+    try:
+        found = fit(bench, best.hypothesis, less, best.starts, 3 * iterations)
+    except np.linalg.LinAlgError:
+        return best
+    return with_slack(bench, found)
 
 
 def _posterior(

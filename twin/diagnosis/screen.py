@@ -66,7 +66,7 @@ def _fitted(scene: Scene, starts: Sequence[Mechanism]) -> Candidate:
     bench, fit0 = scene.bench, scene.fit
     if isinstance(starts[0], ChannelFault) and starts[0].limit() is not None:
         return _clipped(scene, starts)
-    best, value = None, -np.inf
+    ranked = []
     for start in starts:
         hypothesis = fit0.hypothesis.including(start)
         try:
@@ -75,23 +75,29 @@ def _fitted(scene: Scene, starts: Sequence[Mechanism]) -> Candidate:
             rows = bench.innovations([hypothesis], gains, begin)
         except np.linalg.LinAlgError:
             continue
-        found = log_likelihood([row[0] for row in rows])
-        if found > value:
-            best, value = start, found
-    if best is None:
-        return Candidate(starts[0], -np.inf)
-    hypothesis = fit0.hypothesis.including(best)
-    if not best.parameters:
-        return Candidate(best, value - fit0.log_likelihood)
+        ranked.append((log_likelihood([row[0] for row in rows]), start))
+    ranked.sort(key=lambda pair: -pair[0])
+    candidates = [Candidate(starts[0], -np.inf)]
+    for value, start in ranked[: starts[0].valleys]:
+        candidates.append(_followed(scene, start, value))
+    return max(candidates, key=lambda c: c.gain)
+
+
+def _followed(scene: Scene, start: Mechanism, value: float) -> Candidate:
+    """Follow one first guess for a few steps."""
+    bench, fit0 = scene.bench, scene.fit
+    promised = Candidate(start, value - fit0.log_likelihood)
+    if not start.parameters:
+        return promised
     try:
-        found_fit = fit(bench, hypothesis, fit0.slack, fit0.starts, iterations=3)
+        found = fit(bench, fit0.hypothesis.including(start), fit0.slack, fit0.starts, iterations=3)
     except np.linalg.LinAlgError:
-        return Candidate(best, value - fit0.log_likelihood)
-    if isinstance(best, Disturbance):
-        found_fit = with_disturbances(bench, found_fit)
-    gained = found_fit.log_posterior - fit0.log_posterior
-    rest = replace(found_fit.hypothesis, found=found_fit.hypothesis.found[:-1])
-    return Candidate(found_fit.hypothesis.found[-1], gained, rest)
+        return promised
+    if isinstance(start, Disturbance):
+        found = with_disturbances(bench, found)
+    rest = replace(found.hypothesis, found=found.hypothesis.found[:-1])
+    gained = found.log_posterior - fit0.log_posterior
+    return Candidate(found.hypothesis.found[-1], gained, rest)
 
 
 def _clipped(scene: Scene, starts: Sequence[Mechanism]) -> Candidate:

@@ -29,6 +29,7 @@ class Appendage(StructuralChange):
         "frequency": Parameter("Hz", "its own, the floor held fast", "log"),
         "damping_ratio": Parameter("1", "its own, the floor held fast", "log"),
     }
+    valleys: ClassVar[int] = 6  # one at every frequency
     reference: ClassVar[str] = "Den Hartog 1934, Mechanical Vibrations"
     stage: ClassVar[int] = 2
 
@@ -77,9 +78,9 @@ class Appendage(StructuralChange):
         """Return light ones, tuned to and between the frame's frequencies."""
         own = np.sort(np.asarray(around.natural_frequencies, float))
         between = np.sqrt(own[1:] * own[:-1])
-        tuned = np.concatenate([own[:4], between[:3]]) if len(own) else np.array([1.0])
+        tuned = np.concatenate([around.peaks, own[:4], between[:3]]) if len(own) else np.ones(1)
         return tuple(
-            cls(place, share * around.mass, float(frequency), 0.02)
+            cls(place, share * around.mass, float(frequency), 0.03)
             for frequency in tuned
-            for share in (0.01, 0.1)
+            for share in (0.01, 0.05)
         )

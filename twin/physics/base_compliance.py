@@ -23,6 +23,9 @@ class BaseCompliance(StructuralChange):
     together, which gives the ground's rows: K_gx = -1^T K, K_gg = 1^T K 1 + stiffness. Mass between
     the ground and the first floor counts as the floor's.
 
+    Attributes:
+        expected_mass: of the ground in the model [kg], or NaN; not fitted.
+
     Source: sway of a foundation, Wolf 1985.
     """
 
@@ -40,6 +43,13 @@ class BaseCompliance(StructuralChange):
     stiffness: float = np.inf
     damping: float = 0.0
     mass: float = 1.0
+    expected_mass: float = np.nan
+
+    def priors(self) -> dict[str, tuple[float, float]]:
+        """The ground's mass is known from the model, give or take what is bolted to it."""
+        if not np.isfinite(self.expected_mass):
+            return {}
+        return {"mass": (float(np.log(self.expected_mass)), 0.2)}
 
     def scaled(self, factor: float) -> Self:
         """Return a base ``factor`` times as compliant."""
@@ -91,6 +101,12 @@ class BaseCompliance(StructuralChange):
         """Return bases from as soft as the first storey to a hundred times as stiff."""
         critical = 2 * (around.stiffness * around.mass) ** 0.5
         return tuple(
-            cls(place, share * around.stiffness, 0.02 * share**0.5 * critical, around.mass)
-            for share in (1.0, 5.0, 20.0, 100.0)
+            cls(
+                place,
+                share * around.stiffness,
+                0.02 * share**0.5 * critical,
+                around.mass,
+                around.mass,
+            )
+            for share in (1.0, 5.0, 15.0, 35.0, 80.0, 200.0)
         )

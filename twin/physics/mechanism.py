@@ -40,7 +40,7 @@ class Surroundings:
     Attributes:
         stiffness: of the storey, or the modal stiffness scale of the floor [N/m].
         damping: of the storey or floor, the equivalent dashpot [N s/m].
-        mass: of the floor above, all of the floor (ground: of the ground) [kg].
+        mass: of the floor above, all of the floor (at the ground: of the ground) [kg].
         mass_above: this floor and all above it [kg].
         height: of the storey [m].
         drift: estimated drift of the storey, or displacement of the floor [m], (samples,).
@@ -85,6 +85,8 @@ class Mechanism(ABC):
     """True for what stands for no physics of its own and is tried only when nothing else fits."""
     stage: ClassVar[int] = 1
     """Mechanisms of a lower stage edit first: masses and the base before what depends on them."""
+    valleys: ClassVar[int] = 1
+    """How many of its first guesses are worth following: more where the likelihood has valleys."""
     prior: ClassVar[Mapping[str, tuple[float, float]]] = {}
     """What is known of a parameter beforehand: mean and standard deviation."""
     fields_of: ClassVar[Mapping[str, str]] = {}
