@@ -25,6 +25,7 @@ from twin.physics.mechanism import (
     floor_vector,
     storey_vector,
 )
+from twin.physics.replay import in_order
 from twin.second_order import SecondOrderModel
 
 Array = NDArray[np.float64]
@@ -90,7 +91,7 @@ def build(
         ModelError: a mechanism's place is not in the model.
     """
     model = base
-    for mechanism in mechanisms:
+    for mechanism in in_order(mechanisms):
         if isinstance(mechanism, StructuralChange):
             model = mechanism.edit(model)
     n = len(model.coordinates)

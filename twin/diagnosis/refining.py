@@ -83,18 +83,16 @@ def refined(
 
     Args:
         bench: trials and model.
-        starts: the same hypothesis at one or more starting points; the best one is taken.
+        starts: the same hypothesis at one or more starting points, the neutral one last.
         slack: to begin with.
         states: initial states, one (n,) a trial.
         rounds: at most.
         iterations: Gauss-Newton steps in each.
     """
-    hypothesis = max(starts, key=lambda h: _posterior(bench, h, slack, states))
-    try:
-        best = fit(bench, hypothesis, slack, states, iterations)
-    except np.linalg.LinAlgError:
-        # with no noise to speak of the Riccati equation can be too stiff
-        best = fit(bench, hypothesis, max(100 * slack, SLACKS[2]), states, iterations)
+    # the last start is the neutral one: not the best to begin with, but without a bent base
+    others = sorted(starts[:-1], key=lambda h: -_posterior(bench, h, slack, states))[:1]
+    tried = [_begun(bench, h, slack, states, iterations) for h in (*others, starts[-1])]
+    best = max(tried, key=lambda f: f.log_posterior)
     for _ in range(rounds):
         near = [s for s in bench.slacks if best.slack / 35 < s < best.slack * 35]
         moved = with_disturbances(bench, with_slack(bench, best, near))
@@ -109,6 +107,22 @@ def refined(
                 return best
             best = tightened
     return best
+
+
+def _begun(
+    bench: Bench,
+    hypothesis: Hypothesis,
+    slack: float,
+    states: Sequence[Array] | None,
+    iterations: int,
+) -> Fit:
+    """Return the first few steps from one start, with the slack they like."""
+    try:
+        found = fit(bench, hypothesis, slack, states, iterations)
+    except np.linalg.LinAlgError:
+        # with no noise to speak of the Riccati equation can be too stiff
+        found = fit(bench, hypothesis, max(100 * slack, SLACKS[2]), states, iterations)
+    return with_slack(bench, found)
 
 
 def _tightened(bench: Bench, best: Fit, iterations: int) -> Fit:

@@ -1,0 +1,235 @@
+"""A diagnosis in words and numbers, which the page, the terminal and Rerun print alike."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from twin.diagnosis.result import Detection, Diagnosis, Finding
+from twin.physics.mechanism import Mechanism
+from twin.place import Place
+from twin.view.figures import unit_of
+
+CLOSE = 0.05
+"""An alternative at least this probable is said beside the finding."""
+LARGE, SMALL = 1e5, 1e-3
+"""Numbers beyond are printed with a power of ten."""
+AT_GROUND = ", at the ground "
+OF_CHANNEL = "the channel's"
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+FINDING_HEADERS = ("what", "where", "values", "probability")
+FIT_HEADERS = ("error, share of RMS", "nominal", "calibrated", "explained", "noise floor")
+DETECTION_HEADERS = ("channel", "error / noise", "p (white)", "most at", "born at")
+VERDICTS = {
+    "consistent": "consistent",
+    "parameter": "a parameter is off",
+    "missing_physics": "physics is missing",
+    "measurement": "a measurement is at fault",
+    "unexplained": "outside the vocabulary",
+}
+
+
+def printable(text: str) -> str:
+    """Return the text on one line and fit for UTF-8: file names may hold any bytes."""
+    one_line = "".join(c if c.isprintable() or "\ud800" <= c <= "\udfff" else " " for c in text)
+    return one_line.encode("utf-8", "backslashreplace").decode("utf-8")
+
+
+def named(mechanism: Mechanism) -> str:
+    """Return "cubic stiffness" for ``cubic_stiffness``."""
+    return mechanism.name.replace("_", " ")
+
+
+def gist(mechanism: Mechanism) -> str:
+    """Return what it is in a line: the first line of the file that defines it."""
+    text = sys.modules[type(mechanism).__module__].__doc__ or ""
+    return text.strip().split("\n", 1)[0]
+
+
+def place_words(place: str) -> str:
+    """Return "storey 1" for "storey1", "channel acc_floor1" for a channel."""
+    if "+" in place:
+        return f"channels {' and '.join(place.split('+'))}"
+    try:
+        parsed = Place.parse(place)
+    except ValueError:
+        return f"channel {place}"
+    return f"{parsed.kind} {parsed.number}" if parsed.number else f"the {parsed.kind}"
+
+
+def located(mechanism: Mechanism) -> str:
+    """Return "cubic stiffness in storey 1"."""
+    words = place_words(mechanism.place)
+    inside = "in" if words.startswith(("storey", "channel")) else "at"
+    return f"{named(mechanism)} {inside} {words}"
+
+
+def unit(mechanism: Mechanism, parameter: str) -> str:
+    """Return the printed unit of a parameter at the mechanism's place; "" for a pure number."""
+    text = mechanism.parameters[parameter].unit
+    if AT_GROUND in text:
+        text = text.split(AT_GROUND)[mechanism.place == "ground"]
+    if text == OF_CHANNEL:
+        return unit_of(mechanism.place)
+    return "" if text == "1" else text.replace("^2", "²").replace("^3", "³")
+
+
+def quantity(value: float, std: float, unit_text: str) -> str:
+    """Return "518.6 ± 1.2 N/m": two digits of the deviation, and as many of the value."""
+    after = f" {unit_text}" if unit_text else ""
+    if not math.isfinite(value):
+        return "∞" + after
+    known = math.isfinite(std) and std > 0
+    size = max(abs(value), std) if known else abs(value)
+    power = math.floor(math.log10(size)) if size else 0
+    scale = 10.0**power if size and not SMALL <= size < LARGE else 1.0
+    raised = f" · 10{str(power).translate(RAISED)}" if scale != 1 else ""
+    if not known:
+        digits = f"{value / scale:.4g}"
+        return f"{digits}{raised}{after}"
+    decimals = min(max(1 - math.floor(math.log10(std / scale)), 0), 12)
+    pair = f"{value / scale:.{decimals}f} ± {std / scale:.{decimals}f}"
+    return f"({pair}){raised}{after}" if raised else f"{pair}{after}"
+
+
+def values(finding: Finding) -> list[tuple[str, str, str]]:
+    """Return name, value with deviation, and meaning of every parameter."""
+    mechanism = finding.mechanism
+    return [
+        (
+            name,
+            quantity(float(value), finding.std.get(name, float("nan")), unit(mechanism, name)),
+            mechanism.parameters[name].meaning,
+        )
+        for name, value in mechanism.values.items()
+    ]
+
+
+def percent(share: float) -> str:
+    """Return a share in per cent with two or three digits."""
+    if not math.isfinite(share):
+        return "-"
+    return f"{100 * share:.0f} %" if share >= 0.995 else f"{100 * share:.2g} %"
+
+
+def probability(value: float) -> str:
+    """Return a probability in per cent that claims neither certainty nor impossibility."""
+    if not math.isfinite(value):
+        return "-"
+    if value > 0.999:
+        return "> 99.9 %"
+    return "< 0.1 %" if value < 0.001 else f"{100 * value:.1f} %"
+
+
+def p_value(value: float) -> str:
+    """Return a p-value with two digits."""
+    if not math.isfinite(value):
+        return "-"
+    return f"{value:.2g}" if value >= 1e-12 else "< 1e-12"
+
+
+def verdict_sentence(diagnosis: Diagnosis) -> str:
+    """Return the verdict in one sentence."""
+    if not diagnosis.findings:
+        return {
+            "consistent": "The twin agrees with the recordings within their noise.",
+            "unexplained": "The twin differs from the recordings by nothing in the vocabulary.",
+        }.get(diagnosis.verdict, f"The twin differs: {VERDICTS[diagnosis.verdict]}.")
+    first, *rest = diagnosis.findings
+    beginning = {
+        "parameter": "The twin has all the physics, but a parameter is off",
+        "missing_physics": "The twin lacks physics",
+        "measurement": "The twin is right and a measurement is at fault",
+        "unexplained": "The twin lacks physics that is in no vocabulary, modelled as",
+        "consistent": "The twin agrees with the recordings, apart from",
+    }[diagnosis.verdict]
+    joint = " " if beginning.endswith(("as", "from")) else ": "
+    text = f"{beginning}{joint}{located(first.mechanism)}"
+    rivals = [a for a in diagnosis.alternatives if a.probability >= CLOSE]
+    if rivals:
+        others = _listed([f"{located(a.mechanism)} ({probability(a.probability)})" for a in rivals])
+        text += f" ({probability(first.probability)}), which ties with {others}"
+    if rest:
+        text += f"; then {_listed([located(f.mechanism) for f in rest])}"
+    return f"{text}."
+
+
+def proof_sentence(diagnosis: Diagnosis) -> str:
+    """Return in one sentence what the explanation does to recordings it has not seen."""
+    test = diagnosis.fit.test
+    floor = f"noise floor {percent(test.noise_floor)}"
+    if not diagnosis.findings:
+        return f"Error on unseen recordings: {percent(test.calibrated)} of RMS ({floor})."
+    return (
+        f"With it the error on unseen recordings is {percent(test.explained)} of RMS instead of "
+        f"{percent(test.calibrated)} after calibration ({floor})."
+    )
+
+
+def finding_rows(findings: Iterable[Finding]) -> list[tuple[str, str, str, str]]:
+    """Return the cells under ``FINDING_HEADERS``; the values are lines."""
+    return [
+        (
+            named(f.mechanism),
+            place_words(f.location),
+            "\n".join(f"{name} = {text}" for name, text, _ in values(f)) or "-",
+            probability(f.probability),
+        )
+        for f in findings
+    ]
+
+
+def fit_rows(diagnosis: Diagnosis) -> list[tuple[str, ...]]:
+    """Return the cells under ``FIT_HEADERS``."""
+    return [
+        (
+            f"{title}, {role}",
+            *(percent(getattr(errors, name)) for name in
+              ("nominal", "calibrated", "explained", "noise_floor")),
+        )
+        for title, fits in (("free run", diagnosis.fit), ("two seconds ahead", diagnosis.fit_ahead))
+        for role, errors in (("train", fits.train), ("test", fits.test))
+    ]  # fmt: skip
+
+
+def detection_rows(detection: Sequence[Detection]) -> list[tuple[str, ...]]:
+    """Return the cells under ``DETECTION_HEADERS``; when the error is born, one a recording."""
+    return [
+        (
+            d.channel,
+            f"{d.excess:.3g}",
+            p_value(d.p_value),
+            f"{d.frequency_hz:.2f} Hz" if np.isfinite(d.frequency_hz) else "-",
+            ", ".join(f"{t:.1f} s" if np.isfinite(t) else "-" for t in d.born_s) or "-",
+        )
+        for d in detection
+    ]
+
+
+def markdown(diagnosis: Diagnosis) -> str:
+    """Return verdict, findings, alternatives, errors and advice for a viewer's text panel."""
+    parts = [f"# {verdict_sentence(diagnosis)}", proof_sentence(diagnosis)]
+    for title, found in (("Findings", diagnosis.findings), ("Also possible", diagnosis.alternatives)):
+        if found:
+            rows = [tuple(c.replace("\n", "; ") for c in row) for row in finding_rows(found)]
+            parts += [f"## {title}", _table(FINDING_HEADERS, rows)]
+    parts += ["## Errors", _table(FIT_HEADERS, fit_rows(diagnosis))]
+    following = diagnosis.next_experiment
+    if following is not None:
+        command = printable(following.command)
+        parts += ["## Next experiment", printable(following.reason), f"    {command}"]
+    parts += [f"- {printable(note)}" for note in diagnosis.notes]
+    return "\n\n".join(parts)
+
+
+def _table(headers: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    lines = [headers, ["---"] * len(headers), *rows]
+    return "\n".join("| " + " | ".join(c.replace("|", "/") for c in line) + " |" for line in lines)
+
+
+def _listed(items: Sequence[str]) -> str:
+    return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} and {items[-1]}"
