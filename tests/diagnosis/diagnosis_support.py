@@ -3,6 +3,7 @@
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from twin.diagnosis.plant import build, sampled
 from twin.diagnosis.trials import Trial
 from twin.model import Twin
 from twin.recording import Recording
@@ -69,16 +70,6 @@ def motion(model, forces, rate=RATE, held=False, law=None, b=None, start=None):
     return states[:, :n], states[:, n:], np.array(acc)
 
 
-def shear_trial(model, u, y, names=None, noise=1e-4, source="synthetic", rate=RATE):
-    """A trial of forces and accelerations at floors, its noise levels as given."""
-    inputs, outputs = names or (("force_floor1",), ("acc_floor1",))
-    u, y = np.asarray(u, float), np.asarray(y, float)
-    return Trial(
-        source, rate, inputs, outputs, u, y,
-        np.full(u.shape[1], 1e-6), np.full(y.shape[1], noise),
-    )  # fmt: skip
-
-
 def recorded(
     twin, seed=0, scale=0.3, seconds=12.0, rate=RATE, noise=2e-3, source=None, at="floor2",
     kinds=("acc",),
@@ -108,3 +99,22 @@ def lumped(*mechanisms):
 def error(found, true):
     """RMS of the difference over RMS of the truth."""
     return float(np.sqrt(np.mean((found - true) ** 2) / np.mean(np.square(true))))
+
+
+def exact_trial(
+    mechanisms=(), model=TWO, seed=0, noise=1e-4, samples=768, start=None, rate=RATE, source=None
+):
+    """A trial of a linear plant that is pushed at every floor, its accelerometers noisy."""
+    n = len(model.M)
+    inputs = tuple(f"force_floor{i + 1}" for i in range(n))
+    outputs = tuple(f"acc_floor{i + 1}" for i in range(n))
+    plant = sampled(build(model, mechanisms, inputs, outputs), 1 / rate)
+    u = np.column_stack([tones(samples, rate, seed + 50 * i) for i in range(n)])
+    after = np.vstack([u[1:], u[-1:]])
+    x, y = np.zeros(len(plant.A)) if start is None else np.asarray(start, float), []
+    for k in range(samples):
+        y.append(plant.plant.C @ x + plant.plant.D @ u[k])
+        x = plant.A @ x + plant.B0 @ u[k] + plant.B1 @ after[k]
+    y = np.array(y) + noise * rng(seed + 1000).standard_normal((samples, n))
+    levels = np.full(n, 1e-9), np.full(n, max(noise, 1e-9))
+    return Trial(source or f"seed{seed}", rate, inputs, outputs, u, y, *levels)

@@ -91,7 +91,7 @@ def shaken_cubic(samples=512):
     return u, np.column_stack([acc, x[:, 1]]), np.hstack([x, v]), law
 
 
-@pytest.mark.parametrize(("steps", "allowed"), [(2, 0.02), (8, 1.3e-3), (32, 8e-5)])
+@pytest.mark.parametrize(("steps", "allowed"), [(2, 0.01), (8, 6e-4), (32, 4e-5)])
 def test_a_cubic_spring_moves_as_integrated_the_better_the_shorter_the_steps(steps, allowed):
     u, y, states, law = shaken_cubic()
     e, x, _ = run([(law,)], u, y, steps)
@@ -143,7 +143,7 @@ def test_a_slider_remembers_across_samples_and_pieces():
     law = ALL["hysteresis"]("storey1", 400.0, 5.0, 2.0, 400.0)
     u, y, _, _ = shaken_cubic(400)
     _, x, z = run([(law,)], u, y, 4)
-    assert np.abs(z).max() == pytest.approx(5.0, rel=0.05)
+    assert 3.5 < np.abs(z).max() <= 5.0
     half = run([(law,)], u[200:], y[200:], 4, start=x[0, 200], memory=z[0, 200])[1][0]
     assert error(half, x[0, 200:]) < 1e-6
     reset = run([(law,)], u[200:], y[200:], 4, start=x[0, 200])[1][0]
