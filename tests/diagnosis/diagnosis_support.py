@@ -118,3 +118,30 @@ def exact_trial(
     y = np.array(y) + noise * rng(seed + 1000).standard_normal((samples, n))
     levels = np.full(n, 1e-9), np.full(n, max(noise, 1e-9))
     return Trial(source or f"seed{seed}", rate, inputs, outputs, u, y, *levels)
+
+
+def concealed(law, b, seed, model=None, scale=0.6, seconds=12.0, noise=2e-3):
+    """A recording of a frame with a law f(drift, rate) along b that no mechanism has."""
+    model = lumped().second_order() if model is None else model
+    fine, samples, n = 8, round(seconds * RATE), len(model.M)
+    rate, inverse = RATE * fine, np.linalg.inv(model.M)
+    A = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ model.K, -inverse @ model.R]])
+    push = np.concatenate([np.zeros(n), inverse[:, -1]])
+    kick = np.concatenate([np.zeros(n), inverse @ b])
+    force = tones(samples * fine, rate, seed, 0.5 * scale)
+
+    def slope(s, u):
+        return A @ s + push * u - kick * law(b @ s[:n], b @ s[n:])
+
+    s, h, acc = np.zeros(2 * n), 1 / rate, np.empty((samples, n))
+    for k in range(samples * fine - 1):
+        u, after = force[k], force[k + 1]
+        first = slope(s, u)
+        if k % fine == 0:
+            acc[k // fine] = first[n:]
+        second = slope(s + h / 2 * first, (u + after) / 2)
+        third = slope(s + h / 2 * second, (u + after) / 2)
+        s = s + h / 6 * (first + 2 * second + 2 * third + slope(s + h * third, after))
+    acc += noise * rng(seed + 500).standard_normal(acc.shape)
+    columns = {"force_floor2": force[::fine], "acc_floor1": acc[:, 0], "acc_floor2": acc[:, 1]}
+    return Recording.build(RATE, columns, f"seed{seed}.csv")

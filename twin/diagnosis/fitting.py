@@ -141,6 +141,9 @@ def fit(
         starts: initial states to begin with, one (n,) a trial; found by least squares.
         iterations: at most.
         tolerance: stop when the log posterior gains less.
+
+    Raises:
+        numpy.linalg.LinAlgError: no stationary filter, or one that runs away.
     """
     problem = _Problem(bench, hypothesis, slack)
     unknowns = problem.unknowns
@@ -160,6 +163,8 @@ def fit(
             np.moveaxis((row - e[i][None]) / (STEP * size)[:, None, None], 0, -1)
             for i, row in enumerate(found)
         ]
+        if not all(np.isfinite(x).all() for x in (*e, *J)):
+            raise np.linalg.LinAlgError("the filter's errors are not finite")
         H, gradient, solve_start = _normal(problem, begin, e, J, unknowns, theta)
         improved = False
         for _ in range(4):
