@@ -193,14 +193,18 @@ def drawn(plant, noise, steps):
     return np.array(y)
 
 
-def test_smoothed_states_are_the_means_of_the_joint_gaussian():
-    plant = sampled(build(ONE, (), ("force_floor1",), ("disp_floor1",)), 1 / 32, held=True)
-    noise = (np.array([0.5]), np.array([2e-3]), np.array([[1.0]]))
-    gains = gain(plant, *noise)
-    y = drawn(plant, noise, 60)
+@pytest.mark.parametrize(
+    ("channel", "noise"), [("disp_floor1", 2e-3), ("acc_floor1", 0.2)], ids=["disp", "acc"]
+)
+def test_smoothed_states_are_the_means_of_the_joint_gaussian(channel, noise):
+    """An accelerometer feels the force noise at once: state and output noise go together."""
+    plant = sampled(build(ONE, (), ("force_floor1",), (channel,)), 1 / 32, held=True)
+    levels = (np.array([0.5]), np.array([noise]), np.array([[1.0]]))
+    gains = gain(plant, *levels)
+    y = drawn(plant, levels, 60)
     zero = np.zeros((60, 1))
     filtered = linear(plant, gains, zero, zero, y)
-    wanted = dense(plant, noise, y, gains.predicted)
+    wanted = dense(plant, levels, y, gains.predicted)
     found = smoothed(plant, gains, filtered)
     np.testing.assert_allclose(found, wanted, atol=1e-6 * np.abs(wanted).max())
     assert error(filtered.states, wanted) > 0.05, "the test shows something"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -145,6 +146,8 @@ def masses_of(options: Sequence[str], files: Sequence[Path]) -> dict[str, dict[s
         place, _, value = rest.partition("=")
         try:
             mass = float(value)
+            if not isfinite(mass):
+                raise ValueError
         except ValueError:
             raise TwinError(
                 f"--added-mass {option}: expected FILE:PLACE=KG, as in test.csv:floor2=0.5"

@@ -199,8 +199,9 @@ def smoothed(plant: Sampled, gains: Gain, filtered: Filtered) -> Array:
     """Return the states given the whole recording (Rauch, Tung and Striebel 1965), (samples, n)."""
     updated = filtered.states + filtered.innovations @ gains.filtered.T
     P = gains.predicted
-    Pf = P - gains.filtered @ plant.plant.C @ P
-    back = Pf @ plant.A.T @ np.linalg.pinv(P, rcond=1e-14)
+    # the whole gain, since accelerometers feel at once the force noise that moves the states
+    F = plant.A - gains.whole(plant.A) @ plant.plant.C
+    back = P @ F.T @ np.linalg.pinv(P, rcond=1e-14)
     # x_s(k) = x_f(k) + back (x_s(k+1) - x_p(k+1)), run backwards in time
     g = updated[:-1] - filtered.states[1:] @ back.T
     reverse = np.vstack([updated[-1:], g[::-1]])
