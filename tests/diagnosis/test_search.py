@@ -1,0 +1,92 @@
+"""The search on rigs with one thing concealed: found where it is, or said not to be known."""
+
+import numpy as np
+import pytest
+from diagnosis_support import concealed, lumped, recorded
+
+from twin import physics
+from twin.diagnosis.base import base_hypothesis
+from twin.diagnosis.evidence import probabilities
+from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.predict import from_rest, nrmse
+from twin.diagnosis.prepare import prepare
+from twin.diagnosis.rig import heights_of
+from twin.diagnosis.search import search
+
+pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")  # as the command line does
+
+ALL = physics.mechanisms()
+SECONDS = 8.0
+
+
+def searched(make, most=1):
+    """What a search finds in two recordings, and a third one to try it on."""
+    records = [make(seed) for seed in (1, 2, 3)]
+    ready = prepare(lumped(), records[:2], records[2:])
+    base = base_hypothesis(ready.train.model)
+    return search(ready.train, base, heights_of(ready.twin), most), ready.test
+
+
+def errors(found, test):
+    """Free-run errors on an unseen recording: of the model as it was, and with what was found."""
+    return [
+        nrmse(test.trials, from_rest(test, hypothesis, found.best.slack))
+        for hypothesis in (Hypothesis((), ()), found.best.hypothesis)
+    ]
+
+
+def test_where_nothing_is_concealed_nothing_is_found():
+    found, test = searched(lambda seed: recorded(lumped(), seed, 0.6, SECONDS), most=3)
+    assert found.best is found.nothing
+    assert found.best.hypothesis.found == ()
+    assert found.named is None
+    assert len(found.stages) == 1
+    assert errors(found, test)[1] < 0.003
+
+
+CONCEALED = [
+    (ALL["coulomb_friction"]("storey2", 0.05), {"force": 0.02}, 0.02),
+    (ALL["bumper"]("storey2", 2000.0, 0.004), {"stiffness": 0.02, "gap": 0.01}, 0.02),
+    (ALL["stiffness"]("storey1", -40.0), {"change": 0.02}, 0.003),
+]
+
+
+@pytest.mark.parametrize(
+    ("mechanism", "allowed", "reached"), CONCEALED, ids=[m.name for m, _, _ in CONCEALED]
+)
+def test_what_is_concealed_is_found_at_its_place(mechanism, allowed, reached):
+    found, test = searched(lambda seed: recorded(lumped(mechanism), seed, 0.6, SECONDS))
+    assert found.best.hypothesis.labels == ((mechanism.name, mechanism.place),)
+    values = found.best.hypothesis.found[0].values
+    for name, share in allowed.items():
+        assert values[name] == pytest.approx(mechanism.values[name], rel=share), name
+    before, after = errors(found, test)
+    assert after < reached
+    assert before > 10 * after
+    (stage,) = found.stages
+    if mechanism.verdict == "missing_physics":  # a changed part is what a calibration takes up
+        assert max(stage.where, key=stage.where.get) == mechanism.place
+    assert probabilities(stage.fits)[0] > 0.9
+    assert stage.candidates[0].gain > 100
+
+
+def softening(drift, rate):
+    """A spring that is soft at first and hardens at once: no mechanism's law."""
+    return 250 * drift - np.tanh(drift / 0.004)
+
+
+def test_a_law_without_a_name_is_modelled_and_not_called_something_else():
+    found, test = searched(lambda seed: concealed(softening, np.array([-1.0, 1.0]), seed))
+    (law,) = found.best.hypothesis.found
+    assert (law.name, law.place) == ("restoring_force", "storey2")
+    assert law.verdict == "unexplained"
+    assert found.named is not None
+    assert found.named.bic > found.best.bic + 200
+    before, after = errors(found, test)
+    assert after < 0.02 < 0.2 < before
+    # by its shape: the force on the drifts that the storey went through
+    drift = np.linspace(-0.6, 0.6, 41) * law.reach
+    wanted, modelled = softening(drift, 0.0), law.force(drift, 0 * drift, 0 * drift, 0.0)
+    spring = np.polyfit(drift, wanted - modelled, 1)[0]  # the base may hold a little of it
+    assert abs(spring) < 10
+    assert np.abs(modelled + spring * drift - wanted).max() < 0.05 * np.abs(wanted).max()
