@@ -19,6 +19,7 @@ COMMANDS = (
     "paper",
     "control",
     "tune",
+    "diagnose",
     "convert",
     "view",
 )

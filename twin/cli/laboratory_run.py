@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,10 +13,12 @@ from rich.progress import Progress
 from rich.table import Table
 
 from twin.cli.common import console, folder, write_json
+from twin.errors import TwinError
 from twin.formats import write_recording
 from twin.instruments import INSTRUMENT_OF, Instrument
 from twin.laboratory import Experiment, run
 from twin.model import Twin
+from twin.physics.mass import Mass
 from twin.recording import Recording
 
 DEFAULT_FOLDER = Path("twin-out")
@@ -54,6 +57,23 @@ def instruments(
     if measured_input == "acc_ground":
         chosen["acc_ground"] = Instrument(bandwidth, piezo_corner, range_, bits, input_noise)
     return chosen
+
+
+def loaded(twin: Twin, added_mass: Sequence[str] | None) -> Twin:
+    """Return the twin with masses bolted on, from options such as "floor2=0.5" [kg].
+
+    Raises:
+        TwinError: an option that cannot be read.
+        ModelError: no such floor.
+    """
+    masses = []
+    for option in added_mass or ():
+        place, _, value = option.partition("=")
+        try:
+            masses.append(Mass(place, float(value)))
+        except ValueError:
+            raise TwinError(f"--added-mass {option}: expected PLACE=KG, as in floor2=0.5") from None
+    return twin.including(*masses) if masses else twin
 
 
 @dataclass(frozen=True)

@@ -78,6 +78,10 @@ PiezoCorner = Annotated[
     float | None,
     typer.Option("--piezo-corner", help="High-pass corner of the accelerometers [Hz]."),
 ]
+AddedMass = Annotated[
+    list[str] | None,
+    typer.Option("--added-mass", metavar="PLACE=KG", help="Mass bolted to a floor; repeat."),
+]
 Repeat = Annotated[int, typer.Option("--repeat", min=1, help="How many times to do the test.")]
 
 
@@ -115,12 +119,13 @@ def hammer(
     bandwidth: Bandwidth = None,
     piezo_corner: PiezoCorner = None,
     repeat: Repeat = 1,
+    added_mass: AddedMass = None,
     out: Out = None,
     seed: Seed = 0,
     json: Json = None,
 ) -> None:
     """Hit a floor."""
-    from twin.cli.laboratory_run import LaboratoryRun, instruments
+    from twin.cli.laboratory_run import LaboratoryRun, instruments, loaded
     from twin.laboratory import Analyser, Experiment, Hammer
     from twin.model import Twin
 
@@ -133,7 +138,9 @@ def hammer(
             "force", noise, input_noise, range_, input_range, bits, bandwidth, piezo_corner
         ),
     )
-    LaboratoryRun(experiment, Twin.load(model), seed, repeat).carry_out(out, json)
+    LaboratoryRun(experiment, loaded(Twin.load(model), added_mass), seed, repeat).carry_out(
+        out, json
+    )
 
 
 def shaker(
@@ -191,12 +198,13 @@ def shaker(
     bandwidth: Bandwidth = None,
     piezo_corner: PiezoCorner = None,
     repeat: Repeat = 1,
+    added_mass: AddedMass = None,
     out: Out = None,
     seed: Seed = 0,
     json: Json = None,
 ) -> None:
     """Shake the ground or a floor."""
-    from twin.cli.laboratory_run import LaboratoryRun, instruments
+    from twin.cli.laboratory_run import LaboratoryRun, instruments, loaded
     from twin.laboratory import Analyser, Experiment
     from twin.model import Twin
 
@@ -205,7 +213,7 @@ def shaker(
         duration = getattr(excitation, "duration_s", 32.0)
     analyser = Analyser(rate, duration, cut_off, physics_rate)
     _check_band(excitation, analyser)
-    rig = Twin.load(model)
+    rig = loaded(Twin.load(model), added_mass)
     if settle is None:
         settle = _settling(excitation, rig, at)
     measured = "acc_ground" if excitation.moves_the_ground else "force"

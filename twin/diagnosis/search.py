@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,6 +15,8 @@ from twin.diagnosis.fitting import Fit
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.locating import locate
 from twin.diagnosis.motion import motion_of
+from twin.diagnosis.parameters import gravity_instead, several
+from twin.diagnosis.predict import ahead, nrmse
 from twin.diagnosis.refining import refined, with_slack
 from twin.diagnosis.scene import Candidate, Scene
 from twin.diagnosis.screen import screen
@@ -23,6 +26,9 @@ from twin.physics.restoring_force import RestoringForce
 DECISIVE = 30.0
 """Drop of the BIC that a mechanism must bring: odds of e^15, less the forty-odd pairs of mechanism
 and place that were looked at, less what noise that is not quite white takes."""
+
+FORESEES = 0.7
+"""A law must take the error two seconds ahead down to this share of a random force's."""
 
 TIE = 6.0
 """Difference of the BIC below which two explanations tie: odds of 20."""
@@ -88,7 +94,7 @@ def search(
     bench: Bench,
     base: Hypothesis,
     heights: Mapping[str, float],
-    most: int = 3,
+    most: int = 5,
     tell: Callable[[str], None] = lambda message: None,
 ) -> Found:
     """Search for the mechanisms that explain the trials.
@@ -108,19 +114,56 @@ def search(
     for number in range(most):
         tell("locating" if number == 0 else "looking for a further mechanism")
         stage = _stage(bench, current, heights, tell)
+        if number == 0 and (many := _many(bench, nothing, stage, heights, tell)):
+            current = many[-1].fits[0]
+            stages += many
+            continue
         stages.append(stage)
         needed = DECISIVE
-        if number:
+        if stages[0] is not stage:
             explained = nothing.bic - current.bic
             needed += max(FURTHER_SAMPLE * bench.samples, FURTHER_SHARE * explained)
         allowed = [f for f in stage.fits if number == 0 or _narrow(f.hypothesis.found[-1])]
         if not allowed or allowed[0].bic > current.bic - needed:
             break
         current = allowed[0]
-        if number == 0:
+        if stages[0] is stage:
             bench, current = by_free_run(*with_noise(*with_between(bench, current)))
-    unnamed = _unnamed(bench, nothing, current, stages, heights, tell)
+    current, unnamed = _unnamed(bench, nothing, current, stages, heights, tell)
     return Found(nothing, unnamed or current, tuple(stages), bench, current if unnamed else None)
+
+
+def _many(
+    bench: Bench,
+    nothing: Fit,
+    stage: Stage,
+    heights: Mapping[str, float],
+    tell: Callable[[str], None],
+) -> list[Stage]:
+    """Return one stage for each of several parameters, where they beat every single mechanism.
+
+    A storey's lost stiffness may be the weight above it as well: that fit stands beside it, and in
+    front where it is the better one by far.
+    """
+    if nothing.slack <= LITTLE and not stage.fits:
+        return []
+    tell("freeing the parameters")
+    found = several(bench, nothing)
+    best = min((f.bic for f in stage.fits), default=nothing.bic)
+    if found is None or len(found.hypothesis.found) < 2 or found.bic > best - DECISIVE:
+        return []
+    others: list[Fit] = []
+    for _ in found.hypothesis.found:
+        others = gravity_instead(bench, found, heights)
+        better = min(others, key=lambda f: f.bic, default=found)
+        if better.bic > found.bic - TIE:
+            break
+        found = better
+    out = []
+    for label in found.hypothesis.labels:
+        tied = [f for f in others if f is not found and label not in f.hypothesis.labels]
+        out.append(replace(stage, fits=(found, *tied)))
+    return out
 
 
 def _unnamed(
@@ -130,18 +173,19 @@ def _unnamed(
     stages: Sequence[Stage],
     heights: Mapping[str, float],
     tell: Callable[[str], None],
-) -> Fit | None:
-    """Return the fit of a law without a name where it beats all that have one by far.
+) -> tuple[Fit, Fit | None]:
+    """Return the best fit with names, and that of a law without one where it beats it by far.
 
     It is tried where a latent force enters best, and only when the best explanation leaves its
     filter something to follow.
     """
     explained = nothing.bic - best.bic
     last = stages[-1]
+    broad = bool(best.hypothesis.found) and not _narrow(best.hypothesis.found[0])
     done = not best.hypothesis.found or (best.slack <= LITTLE and last.before is best
                                          and _explained(best, last.where, bench))  # fmt: skip
-    if done or not _about_motion(best):
-        return None
+    if (done and not broad) or not _about_motion(best):
+        return best, None
     moved, known, plain = motion_of(bench, nothing)
     scene = Scene(known, plain, tuple(moved), heights)
     motion = scene.motion()
@@ -155,10 +199,24 @@ def _unnamed(
         if fitted is not None:
             found.append(fitted)
     if not found:
-        return None
+        return best, None
     unnamed = min(found, key=lambda f: f.bic)
+    if unnamed.bic < best.bic:
+        # the flexible law may have found the way that the named one missed
+        along = replace(best.hypothesis, base=unnamed.hypothesis.base)
+        with suppress(np.linalg.LinAlgError):
+            again = refined(bench, [along], unnamed.slack, unnamed.starts)
+            best = min(best, again, key=lambda f: f.bic)
+    if broad and _foresees(bench, unnamed) < FORESEES * _foresees(bench, best):
+        return best, unnamed  # a force that follows the motion is a law, however well noise fits
     needed = max(UNNAMED, UNNAMED_SHARE * explained)
-    return unnamed if unnamed.bic < best.bic - needed else None
+    return best, unnamed if unnamed.bic < best.bic - needed else None
+
+
+def _foresees(bench: Bench, found: Fit) -> float:
+    """Return the error two seconds ahead on the training recordings."""
+    value = nrmse(bench.trials, ahead(bench, found.hypothesis, found.slack, found.starts))
+    return value if np.isfinite(value) else np.inf
 
 
 def _about_motion(best: Fit) -> bool:

@@ -271,11 +271,7 @@ def storey_vector(model: SecondOrderModel, place: str) -> Array:
 
 
 def floor_vector(model: SecondOrderModel, place: str) -> Array:
-    """Return b with displacement = b^T x for "floorI" or "ground", (n,).
-
-    Raises:
-        ModelError: no such place.
-    """
+    """Return b with displacement = b^T x for a place, (n,). Raises ModelError: no such place."""
     if place not in model.coordinates:
         _number(place, "floor", model)
     b = np.zeros(len(model.coordinates))

@@ -13,6 +13,10 @@ from twin.physics.mechanism import Array, Disturbance, Surroundings
 from twin.physics.scales import rms
 
 
+WIDEST_HZ = 500.0
+"""Beyond it a frame's force is white."""
+
+
 @dataclass(frozen=True)
 class UnmeasuredForce(Disturbance):
     """A force on a floor [N] or an acceleration of the ground [m/s^2], an oscillator under noise.
@@ -38,7 +42,8 @@ class UnmeasuredForce(Disturbance):
     def oscillator(self) -> tuple[float, float, float]:
         """Return frequency [Hz], bandwidth [Hz] and rms [N, or m/s^2 at the ground]."""
         # a bandwidth of nothing has no stationary filter; this one rings for hours
-        return self.frequency, max(self.bandwidth, 1e-4 * self.frequency), self.rms
+        width = min(max(self.bandwidth, 1e-4 * self.frequency), WIDEST_HZ)
+        return min(self.frequency, WIDEST_HZ), width, self.rms
 
     def realisation(self, samples: int, rate_hz: float, rng: np.random.Generator) -> Array:
         """Return one history of it, stationary from the first sample, (samples,)."""

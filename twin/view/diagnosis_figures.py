@@ -90,7 +90,7 @@ def _telling(lost: Array, samples: int) -> tuple[int, int]:
 
 
 def errors(diagnosis: Diagnosis) -> Figure:
-    """Draw the errors of the three twins and the noise floor, free-running and two seconds ahead."""
+    """Draw the errors of the three twins and the noise floor, free and two seconds ahead."""
     figure = Figure(figsize=(9, 3.8), layout="constrained")
     axes = figure.subplots(1, 2, sharey=True)
     kinds = (

@@ -98,9 +98,7 @@ def _line(ax: Axes, x: list[float], z: list[float], colour: str, width: float, l
     if lit:
         for glow, alpha in ((18, 0.12), (12, 0.2), (7, 0.3)):
             ax.plot(x, z, color=GUILTY, lw=width + glow, alpha=alpha, solid_capstyle="round")
-    ax.plot(
-        x, z, color=GUILTY if lit else colour, lw=width + lit, solid_capstyle="butt", zorder=3
-    )
+    ax.plot(x, z, color=GUILTY if lit else colour, lw=width + lit, solid_capstyle="butt", zorder=3)
 
 
 def _instruments(ax: Axes, inputs: Iterable[str], outputs: Iterable[str], faulty: set[str]) -> None:

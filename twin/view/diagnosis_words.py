@@ -213,7 +213,10 @@ def detection_rows(detection: Sequence[Detection]) -> list[tuple[str, ...]]:
 def markdown(diagnosis: Diagnosis) -> str:
     """Return verdict, findings, alternatives, errors and advice for a viewer's text panel."""
     parts = [f"# {verdict_sentence(diagnosis)}", proof_sentence(diagnosis)]
-    for title, found in (("Findings", diagnosis.findings), ("Also possible", diagnosis.alternatives)):
+    for title, found in (
+        ("Findings", diagnosis.findings),
+        ("Also possible", diagnosis.alternatives),
+    ):
         if found:
             rows = [tuple(c.replace("\n", "; ") for c in row) for row in finding_rows(found)]
             parts += [f"## {title}", _table(FINDING_HEADERS, rows)]

@@ -1,0 +1,95 @@
+"""What a search comes to: findings, what else they could be, and what to do about ties."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from twin.diagnosis.advise import instead, next_experiment
+from twin.diagnosis.evidence import probabilities, probability_over
+from twin.diagnosis.fitting import Fit
+from twin.diagnosis.predict import strength_of
+from twin.diagnosis.refining import refined
+from twin.diagnosis.result import Finding, NextExperiment, Verdict
+from twin.diagnosis.search import TIE, Found
+from twin.model_files import shipped_names
+
+SURE = 0.95
+"""Probability from which an explanation needs no further experiment."""
+
+
+def findings_of(found: Found) -> tuple[tuple[Finding, ...], tuple[Finding, ...]]:
+    """Return findings in the order of what each explains, and what else could be the first."""
+    best = found.best
+    count = len(best.hypothesis.found)
+    out, alternatives = [], []
+    if found.named is not None:
+        chances = probabilities([best, found.named])
+        law = Finding(best.hypothesis.found[0], _std(best, 0), chances[0])
+        for number, mechanism in enumerate(found.named.hypothesis.found):
+            delta = float(found.named.bic - best.bic)
+            alternatives.append(Finding(mechanism, _std(found.named, number), chances[1], delta))
+        return (law,), tuple(alternatives)
+    strengths = strength_of(found.bench, best.hypothesis, best.slack)
+    for number in range(count):
+        stage = found.stages[number]
+        chances = probabilities(stage.fits)
+        mine = best.hypothesis.found[number]
+        if number in strengths:
+            mine = mine.with_values({"rms": strengths[number]})
+        out.append((_explained(found, number), Finding(mine, _std(best, number), chances[0])))
+        for other, chance in zip(stage.fits[1:], chances[1:], strict=True):
+            at = instead(stage.fits[0], other)
+            if at is not None:
+                delta = float(other.bic - stage.fits[0].bic)
+                mechanism = other.hypothesis.found[at]
+                alternatives.append(Finding(mechanism, _std(other, at), chance, delta))
+    out.sort(key=lambda pair: -pair[0])
+    alternatives.sort(key=lambda f: -f.probability)
+    return tuple(f for _, f in out), tuple(alternatives)
+
+
+def _explained(found: Found, number: int) -> float:
+    """Return what is lost without one of the findings, the others kept as they are."""
+    if len(found.best.hypothesis.found) == 1:
+        return 1.0
+    rest = tuple(m for i, m in enumerate(found.best.hypothesis.found) if i != number)
+    hypothesis = replace(found.best.hypothesis, found=rest)
+    without = refined(found.bench, [hypothesis], found.nothing.slack, rounds=2)
+    return without.bic - found.best.bic
+
+
+def advice(found: Found, model: str, seed: int) -> NextExperiment | None:
+    """Return the test that separates the first finding from what ties with it, if anything does."""
+    for stage in found.stages:
+        best = stage.fits[0] if stage.fits else None
+        if best is None or not set(best.hypothesis.labels) <= set(found.best.hypothesis.labels):
+            continue
+        for other in stage.fits[1:]:
+            if probability_over(best, other) < SURE or other.bic - best.bic < TIE:
+                return next_experiment(found.bench, best, other, _short(model), seed)
+    return None
+
+
+def _short(source: str) -> str:
+    """Return the name of a shipped model, or the file as it is."""
+    path = Path(source)
+    return path.stem if path.stem in shipped_names() else source
+
+
+def _std(best: Fit, number: int) -> dict[str, float]:
+    """Return the standard deviations of a found mechanism's parameters, in their units."""
+    index = len(best.hypothesis.base) + number
+    mechanism = best.hypothesis.mechanisms[index]
+    out = {}
+    for unknown, std in zip(best.unknowns, best.std, strict=True):
+        if unknown.index == index:
+            value = abs(mechanism.values[unknown.name])
+            out[unknown.name] = float(std * value if unknown.log else std)
+    return out
+
+
+def verdict_of(findings: Sequence[Finding]) -> Verdict:
+    """Return the kind of mismatch that the first finding is."""
+    return findings[0].mechanism.verdict if findings else "consistent"

@@ -1,0 +1,94 @@
+"""Several of the twin's own parameters at once: the case in which no single change explains."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from twin.diagnosis.base import storey_values
+from twin.diagnosis.bench import Bench
+from twin.diagnosis.fitting import Fit
+from twin.diagnosis.refining import refined
+from twin.physics.mass import Mass
+from twin.physics.mechanism import Mechanism
+from twin.physics.p_delta import PDelta
+from twin.physics.stiffness import Stiffness
+
+LIKELY_FACTOR = 1.2
+"""Share of the weight that acts in a storey of clamped beams."""
+
+
+def several(bench: Bench, nothing: Fit) -> Fit | None:
+    """Return the fit in which those masses, stiffnesses and dampings are free that need to be.
+
+    All are freed at once; then whatever the Bayesian information criterion can do without goes back
+    to its tolerance, one after the other.
+    """
+    free = tuple(m for m in nothing.hypothesis.base if not _floor_dashpot(m))
+    current = _fit(bench, nothing, free)
+    while current is not None and len(current.hypothesis.found) > 1:
+        without = [
+            f
+            for i in range(len(current.hypothesis.found))
+            if (f := _fit(bench, current, _less(current.hypothesis.found, i))) is not None
+        ]
+        best = min(without, key=lambda f: f.bic, default=None)
+        if best is None or best.bic > current.bic:
+            break
+        current = best
+    return current
+
+
+def _floor_dashpot(mechanism: Mechanism) -> bool:
+    return mechanism.name == "damping" and mechanism.place.startswith("floor")
+
+
+def _less(found: tuple[Mechanism, ...], index: int) -> tuple[Mechanism, ...]:
+    return tuple(m for i, m in enumerate(found) if i != index)
+
+
+def _fit(bench: Bench, start: Fit, found: tuple[Mechanism, ...]) -> Fit | None:
+    bare = replace(start.hypothesis, found=())
+    sized = tuple(_nudged(bench, m) for m in found)
+    try:
+        return refined(bench, [bare.including(*sized)], start.slack, start.starts, rounds=4)
+    except np.linalg.LinAlgError:
+        return None
+
+
+def _nudged(bench: Bench, mechanism: Mechanism) -> Mechanism:
+    """Give a change that is zero a size, from which a fit takes its steps."""
+    model = bench.model
+    if mechanism.name in ("stiffness", "damping"):
+        matrix = model.K if mechanism.name == "stiffness" else model.R
+        scale = storey_values(model, matrix)[mechanism.place]
+    else:
+        index = model.coordinates.index(mechanism.place)
+        scale = float(model.M[index, index])
+    change = mechanism.values["change"]
+    least = 0.01 * scale
+    return mechanism.with_values({"change": change if abs(change) > least else least})
+
+
+def gravity_instead(bench: Bench, current: Fit, heights: Mapping[str, float]) -> list[Fit]:
+    """Return fits in which P-Delta takes the place of each storey stiffness that was lost."""
+    out = []
+    for index, mechanism in enumerate(current.hypothesis.found):
+        if not isinstance(mechanism, Stiffness) or mechanism.change >= 0:
+            continue
+        other = PDelta(mechanism.place, LIKELY_FACTOR, heights.get(mechanism.place, 1.0))
+        found = list(current.hypothesis.found)
+        found[index] = other
+        hypothesis = replace(current.hypothesis, found=tuple(found))
+        try:
+            out.append(refined(bench, [hypothesis], current.slack, current.starts, rounds=4))
+        except np.linalg.LinAlgError:
+            continue
+    return out
+
+
+def is_parameter(mechanism: Mechanism) -> bool:
+    """Return whether a finding is a change of the twin's own masses, stiffnesses or dampings."""
+    return isinstance(mechanism, (Mass, Stiffness)) or mechanism.name == "damping"

@@ -1,0 +1,95 @@
+"""The three twins beside the recordings: free runs in MuJoCo, and two seconds ahead."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.diagnosis.bench import Bench
+from twin.diagnosis.fitting import Fit
+from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.plant import laws_of
+from twin.diagnosis.predict import ahead, from_rest, noise_floors, nrmse
+from twin.diagnosis.prepare import Prepared
+from twin.diagnosis.result import Errors, Fits, Trace
+from twin.diagnosis.rig import free_runs, twin_with
+from twin.diagnosis.search import Found
+
+Array = NDArray[np.float64]
+
+
+class Shown:
+    """The three twins on all recordings: free runs in MuJoCo, and two seconds ahead."""
+
+    def __init__(self, ready: Prepared, found: Found, calibrated: Fit, seed: int) -> None:
+        self.found, self.calibrated, self.seed = found, calibrated, seed
+        self.benches = {
+            "train": found.bench,
+            "test": replace(ready.test, between=found.bench.between),
+        }
+        bare = replace(found.nothing.hypothesis, base=(), tolerance=())
+        self.hypotheses: dict[str, tuple[Hypothesis, float]] = {
+            "nominal": (bare, found.nothing.slack),
+            "calibrated": (calibrated.hypothesis, calibrated.slack),
+            "explained": (found.best.hypothesis, found.best.slack),
+        }
+        self.approximate = any(law.approximate for law in laws_of(found.best.hypothesis.found))
+        self.in_mujoco: dict[str, float] = {}
+        self.twins = {
+            name: twin_with(ready.twin, h.mechanisms) for name, (h, _) in self.hypotheses.items()
+        }
+
+    def notes(self) -> tuple[str, ...]:
+        """Say where the MuJoCo model only comes near the law that was fitted."""
+        if not self.approximate:
+            return ()
+        reached = ", ".join(f"{v:.3g} ({role})" for role, v in self.in_mujoco.items())
+        return (
+            "the free runs of the explained twin are those of the fitted law; the MJCF's native "
+            f"elements, which only come near it, reach an error of {reached}",
+        )
+
+    def fits(self) -> tuple[Fits, Fits, tuple[Trace, ...]]:
+        """Return free-run errors, two-second errors, and every recording beside its runs."""
+        free: dict[str, Errors] = {}
+        near: dict[str, Errors] = {}
+        traces: list[Trace] = []
+        for role, bench in self.benches.items():
+            runs = {name: free_runs(twin, bench) for name, twin in self.twins.items()}
+            if self.approximate:
+                self.in_mujoco[role] = _finite(nrmse(bench.trials, runs["explained"]))
+                runs["explained"] = from_rest(bench, *self.hypotheses["explained"])
+            windows = {n: ahead(bench, h, s) for n, (h, s) in self.hypotheses.items()}
+            floors = noise_floors(bench, *self.hypotheses["explained"], seed=self.seed)
+            free[role] = _errors(bench, runs, floors[0])
+            near[role] = _errors(bench, windows, floors[1])
+            for number, trial in enumerate(bench.trials):
+                traces.append(
+                    Trace(
+                        trial.name,
+                        role,  # type: ignore[arg-type]
+                        trial.sampling_hz,
+                        trial.inputs,
+                        trial.outputs,
+                        trial.u,
+                        trial.y,
+                        runs["nominal"][number],
+                        runs["calibrated"][number],
+                        runs["explained"][number],
+                        windows["explained"][number],
+                    )
+                )
+        return Fits(free["train"], free["test"]), Fits(near["train"], near["test"]), tuple(traces)
+
+
+def _errors(bench: Bench, outputs: Mapping[str, Sequence[Array]], floor: float) -> Errors:
+    each = {name: _finite(nrmse(bench.trials, values)) for name, values in outputs.items()}
+    return Errors(each["nominal"], each["calibrated"], each["explained"], floor)
+
+
+def _finite(value: float) -> float:
+    """A motion that diverges is off by more than anything else: JSON has no infinity."""
+    return value if np.isfinite(value) else 1e6
