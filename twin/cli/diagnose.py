@@ -52,6 +52,13 @@ def diagnose(
             help="Mass that was bolted on for a recording; repeat.",
         ),
     ] = None,
+    unknown_parameters: Annotated[
+        bool,
+        typer.Option(
+            "--unknown-parameters",
+            help="The model's masses, stiffnesses and dampings are not known: identify them first.",
+        ),
+    ] = False,
     out: Out = None,
     seed: Seed = 0,
     json: Json = None,
@@ -70,7 +77,7 @@ def diagnose(
     with Status("reading", console=terminal) as status:
         result = run(
             model, train, test, seed, status.update,
-            tolerance / 100, damping_tolerance / 100, masses_of(added_mass or [], [*train, *test]),
+            tolerance / 100, damping_tolerance / 100, masses_of(added_mass or [], [*train, *test]), unknown_parameters,
         )  # fmt: skip
         path = result.explained.export(target / TWIN_FILE)
         from twin.diagnosis.result import as_json
@@ -106,6 +113,7 @@ def run(
     tolerance: float = 0.004,
     damping_tolerance: float = 0.1,
     added_mass: Mapping[str, Mapping[str, float]] | None = None,
+    unknown: bool = False,
 ) -> Diagnosis:
     """Read model and recordings and diagnose."""
     from twin.diagnosis.diagnose import diagnose as whole
@@ -116,7 +124,7 @@ def run(
     return whole(
         twin, [read_recording(p) for p in train], [read_recording(p) for p in test],
         tolerance=tolerance, damping_tolerance=damping_tolerance,
-        added_mass=added_mass, seed=seed, tell=tell,
+        added_mass=added_mass, unknown=unknown, seed=seed, tell=tell,
     )  # fmt: skip
 
 

@@ -21,9 +21,10 @@ from twin.diagnosis.result import (
     Finding,
     Verdict,
 )
-from twin.diagnosis.rig import heights_of
+from twin.diagnosis.rig import heights_of, twin_with
 from twin.diagnosis.search import Found, search
 from twin.diagnosis.shown import Shown
+from twin.diagnosis.start import identified
 from twin.model import Twin
 from twin.recording import Recording
 
@@ -62,6 +63,7 @@ def diagnose(
     tolerance: float = TOLERANCE,
     damping_tolerance: float = DAMPING_TOLERANCE,
     added_mass: Mapping[str, Mapping[str, float]] | None = None,
+    unknown: bool = False,
     seed: int = 0,
     tell: Callable[[str], None] = lambda message: None,
 ) -> Diagnosis:
@@ -74,6 +76,8 @@ def diagnose(
         tolerance: standard deviation of masses and stiffnesses about the model's, as a share.
         damping_tolerance: the same for the dampings.
         added_mass: source of a recording -> place -> mass bolted on for it [kg].
+        unknown: the model's numbers are not known: masses, dampings and stiffnesses are first
+            identified from the gentlest recording's spectra, and that twin is diagnosed.
         seed: of the draws for the noise floor.
         tell: is told each step.
 
@@ -84,6 +88,12 @@ def diagnose(
     clock = _Clock(tell)
     clock("reading the model")
     ready = prepare(twin, train, test, added_mass)
+    if unknown:
+        clock("identifying the model's numbers")
+        wide = base_hypothesis(ready.train.model, 1.0, 1.0)
+        twin = twin_with(twin, identified(ready.train, wide).base)
+        ready = prepare(twin, train, test, added_mass)
+        tolerance, damping_tolerance = max(tolerance, 0.05), max(damping_tolerance, 0.5)
     base = base_hypothesis(ready.train.model, tolerance, damping_tolerance)
     found = search(ready.train, base, heights_of(ready.twin), tell=clock)
     clock("judging the explanations")

@@ -16,6 +16,9 @@ from twin.physics.mechanism import Mechanism
 from twin.physics.p_delta import PDelta
 from twin.physics.stiffness import Stiffness
 
+LOOSE = 50.0
+"""How much wider the tolerances are where the parameters are freed."""
+
 LIKELY_FACTOR = 1.2
 """Share of the weight that acts in a storey of clamped beams."""
 
@@ -26,8 +29,16 @@ def several(bench: Bench, nothing: Fit) -> Fit | None:
     All are freed at once; then whatever the Bayesian information criterion can do without goes back
     to its tolerance, one after the other.
     """
-    free = tuple(m for m in nothing.hypothesis.base if not _floor_dashpot(m))
-    current = _fit(bench, nothing, free)
+    base = nothing.hypothesis
+    wide = replace(base, tolerance=tuple(LOOSE * t for t in base.tolerance))
+    try:
+        loose = refined(bench, [wide], nothing.slack, nothing.starts, rounds=4)
+    except np.linalg.LinAlgError:
+        return None
+    free = tuple(m for m in loose.hypothesis.base if not _floor_dashpot(m))
+    level = tuple(m.with_values({"change": 0.0}) for m in base.base)
+    begun = replace(loose, hypothesis=replace(base, base=level))
+    current = _fit(bench, begun, free)
     while current is not None and len(current.hypothesis.found) > 1:
         without = [
             f

@@ -12,7 +12,6 @@ from twin.parameter import Parameter
 from twin.physics.mechanism import Array, Disturbance, Surroundings
 from twin.physics.scales import rms
 
-
 WIDEST_HZ = 500.0
 """Beyond it a frame's force is white."""
 
