@@ -24,7 +24,8 @@ def demo(out: Out = None, seed: Seed = 0, json: Json = None) -> None:
     """Hit the frame with a hammer in MuJoCo, identify it, and lay identified beside true.
 
     The paper's test: first floor, 32 Hz, 32 s, anti-alias cut-off 16 Hz; 1 % noise on force and
-    accelerations. Writes the recording, figures and one Rerun recording.
+    accelerations. Then an effect is concealed in a rig, and its recordings are diagnosed with a
+    twin that has not got it. Writes recordings, figures, a report and two Rerun recordings.
 
     Example: twin demo --out twin-demo --seed 0
     """
@@ -52,4 +53,7 @@ def demo(out: Out = None, seed: Seed = 0, json: Json = None) -> None:
         files = write_identification(target, result, rig, performance)
     terminal.print(f"written: {', '.join(str(p) for p in [target / 'hammer.csv', *files])}")
     terminal.print(f"look at it: twin view {files[-1]}")
+    from twin.cli.demo_concealed import find_concealed
+
+    find_concealed(target / "concealed", terminal, seed)
     write_json(as_json(result), json)

@@ -77,7 +77,8 @@ def diagnose(
     with Status("reading", console=terminal) as status:
         result = run(
             model, train, test, seed, status.update,
-            tolerance / 100, damping_tolerance / 100, masses_of(added_mass or [], [*train, *test]), unknown_parameters,
+            tolerance / 100, damping_tolerance / 100, masses_of(added_mass or [], [*train, *test]),
+            unknown_parameters,
         )  # fmt: skip
         path = result.explained.export(target / TWIN_FILE)
         from twin.diagnosis.result import as_json

@@ -14,6 +14,7 @@ from twin.diagnosis.refining import refined
 from twin.diagnosis.result import Finding, NextExperiment, Verdict
 from twin.diagnosis.search import TIE, Found
 from twin.model_files import shipped_names
+from twin.physics.mechanism import Disturbance
 
 SURE = 0.95
 """Probability from which an explanation needs no further experiment."""
@@ -87,6 +88,9 @@ def _std(best: Fit, number: int) -> dict[str, float]:
         if unknown.index == index:
             value = abs(mechanism.values[unknown.name])
             out[unknown.name] = float(std * value if unknown.log else std)
+    if isinstance(mechanism, Disturbance):
+        # strength and bandwidth are found by trying, the slopes that give deviations lack them
+        out |= dict.fromkeys(("rms", "bandwidth"), float("nan"))
     return out
 
 
