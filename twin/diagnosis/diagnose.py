@@ -107,7 +107,10 @@ def diagnose(
     notes = ready.notes + _notes(findings, found.bench) + shown.notes()
     clock("drawing the missing force")
     places = _places(found, findings)
-    pictures = force_pictures(found.bench, found.nothing, places, findings)
+    # with the explained twin's own masses and stiffnesses: those of the calibrated one are bent
+    straight = replace(found.best.hypothesis, found=())
+    plain = replace(found.nothing, hypothesis=straight, unknowns=straight.unknowns())
+    pictures = force_pictures(found.bench, plain, places, findings)
     clock.stop()
     stage = found.stages[0]
     return Diagnosis(

@@ -16,7 +16,7 @@ from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.locating import locate
 from twin.diagnosis.motion import motion_of
 from twin.diagnosis.parameters import gravity_instead, several
-from twin.diagnosis.predict import ahead, nrmse
+from twin.diagnosis.predict import ahead, from_rest, nrmse
 from twin.diagnosis.refining import refined, with_slack
 from twin.diagnosis.scene import Candidate, Scene
 from twin.diagnosis.screen import screen
@@ -29,6 +29,9 @@ and place that were looked at, less what noise that is not quite white takes."""
 
 FORESEES = 0.7
 """A law must take the error two seconds ahead down to this share of a random force's."""
+
+RUNS_HALF = 0.5
+"""Several parameters are preferred to one mechanism, too, where they halve the free run's error."""
 
 TIE = 6.0
 """Difference of the BIC below which two explanations tie: odds of 20."""
@@ -149,8 +152,10 @@ def _many(
         return []
     tell("freeing the parameters")
     found = several(bench, nothing)
-    best = min((f.bic for f in stage.fits), default=nothing.bic)
-    if found is None or len(found.hypothesis.found) < 2 or found.bic > best - DECISIVE:
+    best = min(stage.fits, key=lambda f: f.bic, default=nothing)
+    if found is None or len(found.hypothesis.found) < 2 or found.bic > nothing.bic - DECISIVE:
+        return []
+    if found.bic > best.bic - DECISIVE and _runs(bench, found) > RUNS_HALF * _runs(bench, best):
         return []
     others: list[Fit] = []
     for _ in found.hypothesis.found:
@@ -211,6 +216,12 @@ def _unnamed(
         return best, unnamed  # a force that follows the motion is a law, however well noise fits
     needed = max(UNNAMED, UNNAMED_SHARE * explained)
     return best, unnamed if unnamed.bic < best.bic - needed else None
+
+
+def _runs(bench: Bench, found: Fit) -> float:
+    """Return the error of the free run over the training recordings."""
+    value = nrmse(bench.trials, from_rest(bench, found.hypothesis, found.slack))
+    return value if np.isfinite(value) else np.inf
 
 
 def _foresees(bench: Bench, found: Fit) -> float:
