@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from twin.diagnosis.adjusting import by_free_run, with_between, with_noise
+from twin.diagnosis.adjusting import REPRODUCIBLE, by_free_run, with_between, with_noise
 from twin.diagnosis.base import surroundings
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.fitting import Fit
@@ -30,8 +30,8 @@ and place that were looked at, less what noise that is not quite white takes."""
 FORESEES = 0.7
 """A law must take the error two seconds ahead down to this share of a random force's."""
 
-RUNS_HALF = 0.5
-"""Several parameters are preferred to one mechanism, too, where they halve the free run's error."""
+RUNS_LESS = 0.75
+"""Several parameters are preferred to one mechanism, too, where they take a quarter off the free run's error."""
 
 TIE = 6.0
 """Difference of the BIC below which two explanations tie: odds of 20."""
@@ -155,7 +155,8 @@ def _many(
     best = min(stage.fits, key=lambda f: f.bic, default=nothing)
     if found is None or len(found.hypothesis.found) < 2 or found.bic > nothing.bic - DECISIVE:
         return []
-    if found.bic > best.bic - DECISIVE and _runs(bench, found) > RUNS_HALF * _runs(bench, best):
+    freely = min(RUNS_LESS * _runs(bench, best), REPRODUCIBLE)
+    if found.bic > best.bic - DECISIVE and _runs(bench, found) > freely:
         return []
     others: list[Fit] = []
     for _ in found.hypothesis.found:
