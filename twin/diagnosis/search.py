@@ -31,7 +31,7 @@ FORESEES = 0.7
 """A law must take the error two seconds ahead down to this share of a random force's."""
 
 RUNS_LESS = 0.75
-"""Several parameters are preferred to one mechanism, too, where they take a quarter off the free run's error."""
+"""Several parameters win over one mechanism, too, where the free run's error falls to this."""
 
 TIE = 6.0
 """Difference of the BIC below which two explanations tie: odds of 20."""
