@@ -1,0 +1,65 @@
+"""The report and the Rerun recording of a diagnosis, from one made by hand."""
+
+import re
+from io import StringIO
+
+import pytest
+from diagnosis_example import SLIP, consistent, diagnosis
+from rich.console import Console
+
+from twin.view.diagnosis_report import report, write_report
+from twin.view.diagnosis_rrd import write_diagnosis_rrd
+from twin.view.diagnosis_tables import print_diagnosis
+
+
+@pytest.fixture(scope="module")
+def html():
+    return report(diagnosis())
+
+
+def test_the_report_fetches_nothing_from_a_network(html):
+    targets = re.findall(r"""(?:src|href)\s*=\s*["']?([^"'\s>]{1,20})""", html)
+    assert targets
+    assert all(target.startswith("data:") for target in targets)
+    assert html.count("data:image/png;base64,") >= 6
+
+
+def test_the_report_names_the_finding_its_place_and_the_next_test(html):
+    assert "cubic stiffness" in html
+    assert "storey 1" in html
+    assert "twin test shaker --model two_storey_lumped" in html
+
+
+def test_a_hostile_file_name_stays_text(html):
+    assert "<script>" not in html
+    assert "&lt;script&gt;" in html
+
+
+def test_a_consistent_diagnosis_has_a_report_too():
+    text = report(consistent())
+    assert "What was left out" not in text
+    assert "Nothing ties" in text
+
+
+def test_a_report_is_written_whole(tmp_path):
+    path = write_report(diagnosis(SLIP), tmp_path / "found.html")
+    assert path.read_text(encoding="utf-8").rstrip().endswith("</html>")
+
+
+def test_the_terminal_shows_findings_errors_and_advice():
+    out = StringIO()
+    print_diagnosis(Console(file=out, width=160), diagnosis())
+    assert "cubic stiffness" in out.getvalue()
+    assert "noise floor" in out.getvalue()
+    assert "next experiment" in out.getvalue()
+
+
+def test_the_rerun_recording_holds_signals_verdict_and_the_lit_storey(tmp_path):
+    from rerun.chunk import RrdReader
+
+    path = write_diagnosis_rrd(diagnosis(), tmp_path / "found.rrd")
+    names = {str(chunk.entity_path) for chunk in RrdReader(path).stream().to_chunks()}
+    assert "/signals/acc_floor1/explained" in names
+    assert "/frame/lit/storey1" in names
+    assert "/missing_force/latent" in names
+    assert "/verdict" in names
