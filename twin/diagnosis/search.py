@@ -155,9 +155,6 @@ def _many(
     best = min(stage.fits, key=lambda f: f.bic, default=nothing)
     if found is None or len(found.hypothesis.found) < 2 or found.bic > nothing.bic - DECISIVE:
         return []
-    freely = min(RUNS_LESS * _runs(bench, best), REPRODUCIBLE)
-    if found.bic > best.bic - DECISIVE and _runs(bench, found) > freely:
-        return []
     others: list[Fit] = []
     for _ in found.hypothesis.found:
         others = gravity_instead(bench, found, heights)
@@ -165,6 +162,9 @@ def _many(
         if better.bic > found.bic - TIE:
             break
         found = better
+    freely = min(RUNS_LESS * _runs(bench, best), REPRODUCIBLE)
+    if found.bic > best.bic - DECISIVE and _runs(bench, found) > freely:
+        return []
     out = []
     for label in found.hypothesis.labels:
         tied = [f for f in others if f is not found and label not in f.hypothesis.labels]
