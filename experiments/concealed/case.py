@@ -8,17 +8,20 @@ from typing import Any
 
 import numpy as np
 
-from twin.errors import TwinError
+from twin.errors import TwinError, available
 from twin.formats import write_recording
 
 from .chain import Chain, at_sensor, measure
 from .distinct import evidence
 from .integrator import simulate
-from .mechanisms import Mechanism, build, places, unmeasured
+from .mechanisms import Mechanism, build, unmeasured
 from .plans import FADE_S, FINE, FINE_HZ, Test, band_limited, draw_plan, excitation, log_uniform
 from .rig import TWO_STOREY, Array, Rig
 from .seal import seal
 from .strengths import Motion, draw
+from .tables import TABLES, case_name, combination_of, expected, stream
+
+__all__ = ["Case", "case_name", "draw_case", "from_truth", "generate", "motion"]
 
 COARSE = 4
 """Strengths are set, and the effect is judged, on a grid this much coarser."""
@@ -48,6 +51,7 @@ class Case:
         chain: how it is measured.
         mechanism: what is concealed.
         effect: the largest change of a training recording's outputs, as a share of their RMS.
+        table: of the cases that this is one of.
     """
 
     name: str
@@ -57,6 +61,7 @@ class Case:
     chain: Chain
     mechanism: Mechanism
     effect: float
+    table: str = "single"
 
     @property
     def visible_parameters(self) -> dict[str, float]:
@@ -70,14 +75,22 @@ class Case:
 
     def truth(self, number: int, seed: int) -> dict[str, Any]:
         """Return the truth as plain types."""
-        return {
-            "case": self.name,
-            "number": number,
-            "seed": seed,
+        one = {
             "mechanism": self.mechanism.name,
             "location": self.mechanism.location,
             "parameters": self.visible_parameters,
             "form": self.mechanism.form,
+        }
+        effects = (self.mechanism,) if self.mechanism.name != "none" else ()
+        return {
+            "case": self.name,
+            "table": self.table,
+            "model": self.nominal.model,
+            "effects": [one] if effects else [],
+            "expected": expected(self.table, effects),
+            "number": number,
+            "seed": seed,
+            **one,
             "built_in": self.mechanism.as_json(),
             "nominal": self.nominal.as_json(),
             "noise": self.chain.noise,
@@ -99,43 +112,39 @@ def from_truth(truth: dict[str, Any]) -> Case:
         Chain(**truth["chain"]),
         Mechanism.from_json(truth["built_in"]),
         truth["effect_over_noise"] * truth["noise"],
+        truth["table"],
     )
 
 
-def pair_of(number: int, seed: int, storeys: int = 2) -> tuple[str, str]:
-    """Return the mechanism and the place of a case; each round goes through all, shuffled."""
-    pairs = places(storeys)
-    turn, position = divmod(number - 1, len(pairs))
-    return pairs[np.random.default_rng([seed, 77, turn]).permutation(len(pairs))[position]]
-
-
-def case_name(number: int, nothing: bool) -> str:
-    """Return the name of a case's folder."""
-    return f"{'none' if nothing else 'case'}_{number:04d}"
-
-
 def generate(
-    number: int, seed: int, folder: Path, sealed: Path, nothing: bool = False,
+    number: int, seed: int, folder: Path, sealed: Path, table: str = "single",
     nominal: Rig = TWO_STOREY,
 ) -> str:  # fmt: skip
     """Write the recordings of a case and its truth.
 
     Args:
-        number: of the case, from 1; with the seed it says what is concealed where.
+        number: of the case, from 1; with seed and table it says what is concealed where.
         seed: of the campaign; same seed, same bytes.
         folder: gets case_0007/train_1.csv and so on, none_0007 where nothing is concealed.
         sealed: gets case_0007.json.
-        nothing: conceal nothing.
+        table: one of ``TABLES``; "none" conceals nothing.
         nominal: the rig before its scatter.
 
     Returns:
         The SHA-256 of the truth.
+
+    Raises:
+        TwinError: there is no such table.
     """
-    pair = None if nothing else pair_of(number, seed, nominal.storeys)
+    if table not in TABLES:
+        raise TwinError(f"no table '{table}' of concealed cases; there are {available(TABLES)}")
+    pairs = combination_of(table, number, seed, nominal.storeys)
     for attempt in range(TRIES):
         # a spring that softens may lose a hit that the drawing did not look at: then once more
-        rng = np.random.default_rng([seed, number, int(nothing), *([attempt] if attempt else [])])
-        case = draw_case(rng, case_name(number, nothing), pair, nominal)
+        key = [seed, number, stream(table), *([attempt] if attempt else [])]
+        rng = np.random.default_rng(key)
+        drawn = draw_case(rng, case_name(number, table), pairs[0] if pairs else None, nominal)
+        case = replace(drawn, table=table)
         moved = [motion(case, test) for test in case.plan]
         if all(np.all(np.isfinite(seen)) for _, seen, _ in moved):
             break

@@ -7,13 +7,14 @@ import pytest
 
 pytest.importorskip("experiments.concealed", reason="experiments/ is not beside the tests")
 from experiments.concealed import case as cases
-from experiments.concealed.case import from_truth, generate, motion, pair_of
+from experiments.concealed.case import from_truth, generate, motion
 from experiments.concealed.chain import at_sensor, delayed, highpass
 from experiments.concealed.distinct import evidence
 from experiments.concealed.mechanisms import Mechanism, build, places
 from experiments.concealed.plans import draw_plan
 from experiments.concealed.rig import TWO_STOREY
 from experiments.concealed.seal import open_seal, write_manifest
+from experiments.concealed.tables import case_name, combination_of
 from twin.errors import TwinError
 from twin.formats import read_recording
 
@@ -48,7 +49,10 @@ def test_six_recordings_and_nothing_else_lie_where_a_diagnosis_reads(made):
 def test_the_recordings_are_the_rigs_motion_with_the_stated_noise(made):
     folder, digest = made
     truth = open_seal(folder / "sealed" / "case_0004.json", digest)
-    assert (truth["mechanism"], truth["location"]) == pair_of(4, 1)
+    assert ((truth["mechanism"], truth["location"]),) == combination_of("single", 4, 1)
+    effect = {key: truth[key] for key in ("mechanism", "location", "parameters", "form")}
+    assert truth["effects"] == [effect]
+    assert (truth["table"], truth["model"]) == ("single", "two_storey_lumped")
     case = from_truth(truth)
     assert truth == case.truth(4, 1)
     forces, seen, _ = motion(case, case.plan[0])
@@ -74,8 +78,16 @@ def test_a_touched_truth_is_refused(made, tmp_path):
 def test_each_round_goes_through_every_place_once():
     pairs = places(2)
     for first in (1, 1 + len(pairs)):
-        assert {pair_of(first + i, 9) for i in range(len(pairs))} == set(pairs)
-    assert [pair_of(i, 9) for i in range(1, 42)] != [pair_of(i, 10) for i in range(1, 42)]
+        drawn = {combination_of("single", first + i, 9)[0] for i in range(len(pairs))}
+        assert drawn == set(pairs)
+    one, other = ([combination_of("single", i, seed) for i in range(1, 42)] for seed in (9, 10))
+    assert one != other
+
+
+def test_a_table_names_its_cases():
+    assert [case_name(7, table) for table in ("single", "none")] == ["case_0007", "none_0007"]
+    with pytest.raises(TwinError, match=r"no table 'hard' .* none"):
+        generate(1, 1, None, None, table="hard")
 
 
 @pytest.mark.parametrize("pair", places(2)[::7])
