@@ -1,141 +1,158 @@
-"""Generate, diagnose, open, score: on any executor, resumable from the files it leaves."""
+"""Generate all, write the manifest, diagnose blind, then open and score; resumable throughout."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
-from dataclasses import dataclass
 from functools import partial
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from twin.campaign import campaign
-from twin.errors import TwinError
+from twin.errors import TwinError, available
 from twin.files import write_whole
 
-from .case import case_name, generate
-from .reference import reference
-from .rig import TWO_STOREY
-from .score import score
-from .seal import open_seal, write_manifest
-from .summary import draw_confusion, summarise
+from .case import case_name
+from .kept import mend, read_kept, sweep
+from .pictures import draw_confusion
+from .seal import write_manifest
+from .steps import (
+    Blind,
+    Concealing,
+    Diagnose,
+    Opening,
+    conceal,
+    diagnose_blind,
+    of_the_command,
+    open_and_score,
+)
+from .summary import summarise
+from .tables import TABLES
+from .versions import versions
 
-__all__ = ["Task", "generate", "run"]
+__all__ = ["run"]
 
-Diagnose = Callable[..., dict[str, Any]]
-"""diagnose(model, train, test, out, seed) -> the JSON of ``twin diagnose``."""
-
-KEPT = ("verdict", "findings", "alternatives", "fit", "fit_ahead", "seconds", "error")
-SEEN = ("mechanism", "location", "parameters", "form", "noise", "style", "effect_over_noise")
-
-
-@dataclass(frozen=True)
-class Task:
-    """One case of a campaign; the folder must be seen from wherever the work is done."""
-
-    number: int
-    nothing: bool
-    seed: int
-    out: Path
-    digest: str = ""
-    diagnose: Diagnose | None = None
-
-    @property
-    def name(self) -> str:
-        """Of the case's folder."""
-        return case_name(self.number, self.nothing)
+Told = Callable[[str, int, int], None]
 
 
 def run(
-    cases: int,
-    none: int,
+    tables: Mapping[str, int],
     seed: int,
     out: Path,
     executor: Executor | None = None,
-    progress: Callable[[str, int, int], None] | None = None,
+    progress: Told | None = None,
     diagnose: Diagnose | None = None,
+    budget_s: float = float("inf"),
 ) -> dict[str, dict[str, Any]]:
     """Run a campaign; what the folder already holds is not done again.
 
+    Every truth is written and its SHA-256 is in the manifest before the first diagnosis starts,
+    and no seal is opened before the diagnosis of its case is stored.
+
     Args:
-        cases: how many with one effect concealed.
-        none: how many with nothing concealed.
+        tables: how many cases of each table.
         seed: of everything that is drawn; no diagnosis is told.
         out: gets recordings/, sealed/, diagnoses/, results.jsonl, summary.json, confusion.png.
         executor: where it runs; None is here, one after the other.
         progress: told the step's name, how many are done, of how many.
         diagnose: a function of a module; None is that of ``twin diagnose``.
+        budget_s: no diagnosis is started after so many seconds; what is diagnosed is scored.
 
     Returns:
-        By case: truth, diagnosis, reference (of the true model) and score.
+        By case, of those that are diagnosed: truth, diagnosis, reference (of the true model) and
+        score.
+
+    Raises:
+        TwinError: an unknown table, or a folder that holds another campaign or a broken seal.
     """
+    until = time.time() + budget_s
+    for table in tables:
+        if table not in TABLES:
+            raise TwinError(f"no table '{table}' of concealed cases; there are {available(TABLES)}")
     if diagnose is None:
-        _of_the_command()  # that there is none, is said before anything is generated
+        of_the_command()  # that there is none, is said before anything is generated
     out = out.resolve()
-    asked = [(i + 1, False) for i in range(cases)] + [(i + 1, True) for i in range(none)]
-    tasks = {case_name(n, nothing): Task(n, nothing, seed, out) for n, nothing in asked}
-    identity = f"concealed cases of seed {seed}"
-
-    def told(step: str) -> Callable[[int, int], None] | None:
-        return partial(progress, step) if progress is not None else None
-
-    drawn = campaign(
-        conceal, tasks, executor, out / "sealed" / "digests.jsonl", identity, told("generated")
-    )
-    digests = {name: entry["sha256"] for name, entry in drawn.items()}
-    write_manifest(out / "sealed", digests)
-    waiting = {
-        name: Task(t.number, t.nothing, seed, out, digests[name], diagnose)
-        for name, t in tasks.items()
+    sealed, recordings, diagnoses = out / "sealed", out / "recordings", out / "diagnoses"
+    cases = _mixed(tables)
+    for folder in (out, sealed, diagnoses):
+        sweep(folder)
+    tasks = {
+        name: Concealing(table, number, seed, recordings, sealed)
+        for name, (table, number) in cases.items()
     }
-    results = campaign(judge, waiting, executor, out / "results.jsonl", identity, told("diagnosed"))
+    drawn = _kept(conceal, tasks, executor, sealed / "digests.jsonl", seed, progress, "generated")
+    made_with = versions()
+    digests = {name: entry["sha256"] for name, entry in drawn.items()}
+    manifest = write_manifest(sealed, digests, _command(tables, seed), made_with)
+
+    refused = (sealed, out / "results.jsonl", out / "summary.json")
+    waiting = {
+        name: Blind(
+            recordings / name, drawn[name]["model"], diagnoses / f"{name}.json", refused, until,
+            made_with, diagnose,
+        )
+        for name in cases
+        if read_kept(diagnoses / f"{name}.json") is None
+    }  # fmt: skip
+    ready = len(cases) - len(waiting)
+    told = _after(progress, "diagnosed", ready, len(cases)) if progress is not None else None
+    campaign(diagnose_blind, waiting, executor, progress=told)
+
+    stored = {name: diagnoses / f"{name}.json" for name in _in_order(cases)}
+    opened = {
+        name: Opening(sealed / f"{name}.json", manifest["sha256"][name], recordings, path)
+        for name, path in stored.items()
+        if path.exists()
+    }
+    results = _kept(
+        open_and_score, opened, executor, out / "results.jsonl", seed, progress, "opened"
+    )
     summary = summarise(results)
     text = json.dumps(summary, indent=1, allow_nan=False) + "\n"
     write_whole(out / "summary.json", lambda part: part.write_text(text))
-    draw_confusion(summary, out / "confusion.png")
+    draw_confusion(summary["confusion"], out / "confusion.png")
     return results
 
 
-def conceal(task: Task) -> dict[str, Any]:
-    """Generate a case and return the SHA-256 of its truth."""
-    digest = generate(
-        task.number, task.seed, task.out / "recordings", task.out / "sealed", task.nothing
-    )
-    return {"sha256": digest}
+def _kept(
+    work: Callable[[Any], dict[str, Any]], tasks: Mapping[str, Any], executor: Executor | None,
+    file: Path, seed: int, progress: Told | None, step: str,
+) -> dict[str, dict[str, Any]]:  # fmt: skip
+    mend(file)
+    told = partial(progress, step) if progress is not None else None
+    return campaign(work, tasks, executor, file, f"concealed cases of seed {seed}", told)
 
 
-def judge(task: Task) -> dict[str, Any]:
-    """Diagnose a case, then open its seal and score; a diagnosis that fails is a miss."""
-    diagnosis = _diagnosed(task)
-    text = json.dumps(diagnosis, indent=1) + "\n"
-    write_whole(task.out / "diagnoses" / f"{task.name}.json", lambda part: part.write_text(text))
-    truth = open_seal(task.out / "sealed" / f"{task.name}.json", task.digest)
-    reached = reference(truth, task.out / "recordings")
-    return {
-        "truth": {key: truth[key] for key in SEEN},
-        "diagnosis": {key: diagnosis[key] for key in KEPT if key in diagnosis},
-        "reference": reached,
-        "score": score(truth, diagnosis, reached),
-    }
+def _after(progress: Told, step: str, ready: int, total: int) -> Callable[[int, int], None]:
+    """Return a report that counts what an earlier run has done."""
+    return lambda done, _: progress(step, ready + done, total)
 
 
-def _diagnosed(task: Task) -> dict[str, Any]:
-    folder = task.out / "recordings" / task.name
-    train = [folder / f"train_{i}.csv" for i in range(1, 5)]
-    test = [folder / f"test_{i}.csv" for i in range(1, 3)]
-    diagnose = task.diagnose or _of_the_command()
-    try:
-        return diagnose(TWO_STOREY.model, train, test, None, 0)
-    except Exception as error:
-        return {"error": f"{type(error).__name__}: {error}"}
+def _mixed(tables: Mapping[str, int]) -> dict[str, tuple[str, int]]:
+    """Return (table, number) by the case's name, the tables mixed evenly.
+
+    A campaign that is cut short has then the same share of each.
+    """
+    every = [
+        ((number - 0.5) / count, table, number)
+        for table, count in tables.items()
+        for number in range(1, count + 1)
+    ]
+    every.sort(key=lambda entry: entry[0])
+    return {case_name(number, table): (table, number) for _, table, number in every}
 
 
-def _of_the_command() -> Diagnose:
-    try:
-        module = import_module("twin.cli.diagnose")
-    except ImportError as error:
-        raise TwinError(f"there is no diagnosis to test ({error})") from None
-    found: Diagnose = module.diagnose_files
-    return found
+def _in_order(cases: Mapping[str, tuple[str, int]]) -> list[str]:
+    """Return the names, table by table."""
+    order = {table: i for i, table in enumerate(TABLES)}
+    return sorted(cases, key=lambda name: (order[cases[name][0]], cases[name][1]))
+
+
+def _command(tables: Mapping[str, int], seed: int) -> str:
+    """Return the command that makes these cases again."""
+    counts = {"single": 0, "none": 0, **tables}
+    more = [f"--table {name}={n}" for name, n in counts.items() if name not in ("single", "none")]
+    words = [f"--cases {counts['single']}", f"--none {counts['none']}", *more, f"--seed {seed}"]
+    return "twin concealed " + " ".join(words)

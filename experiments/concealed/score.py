@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from .mechanisms import MAIN, VERDICT
 
+UNNAMED = "restoring_force"
+"""The generic law, which is the right answer where no name of the vocabulary is."""
+
+SAME = 1 + 1e-9
+"""Two errors that differ by less are the same."""
+
+Pair = tuple[str, str]
+"""Mechanism and place."""
+
 
 def score(
-    truth: dict[str, Any], diagnosis: dict[str, Any], reference: dict[str, float]
+    truth: Mapping[str, Any], diagnosis: Mapping[str, Any], reference: Mapping[str, float]
 ) -> dict[str, Any]:
     """Return how good a diagnosis is, as plain types.
 
@@ -18,68 +28,153 @@ def score(
         reference: ``reference.reference`` on the test recordings.
 
     Returns:
-        mechanism_right and place_right (of the first finding; of nothing, where nothing is
-        concealed), right (both), verdict_right, rank (of the truth among findings and
-        alternatives, from 1; None where it is not among them), strength_error (relative, of the
-        main parameter, of a gain's distance from one), parameter_errors (all of them),
-        explained_over_true and explained_over_true_ahead (test recordings; None for no number),
-        false_alarm, probability (of the first finding), seconds, and found (what was named).
+        right: the question of the case's table. One effect: the first finding has its mechanism
+            and place. Two: both are among the findings. None: nothing is found. Outside the
+            vocabulary: verdict "unexplained", first finding the generic law at the right place.
+        first_right: the first finding is (one of) the effect(s).
+        mechanism_right, place_right: of the first finding; of nothing, where nothing is concealed.
+        verdict_right, false_alarm.
+        besides: findings that are no effect.
+        rank: of the first effect among findings and alternatives, from 1; None if not among them.
+        strength_error: relative, of the main parameter, of a gain's distance from one; the
+            largest where there are two effects. None unless right.
+        parameter_errors: all of them, of the first finding if it is right.
+        explained_over_true, explained_over_true_ahead: NRMSE on unseen recordings (None: none).
+        noise_floor_over_true, noise_floor_over_true_ahead: the reported noise floor's.
+        explained_over_calibrated, explained_over_calibrated_ahead.
+        improved: the explained error, running free, is below the calibrated.
+        ahead_not_worse: two seconds ahead it is at most the calibrated. None: no number.
+        stated: [probability, right] of all findings and alternatives, in their order.
+        probability (of the first finding), seconds, found (what was named first), named (all).
     """
     findings = diagnosis.get("findings", [])
-    first = findings[0] if findings else None
-    verdict = diagnosis.get("verdict")
-    nothing = truth["mechanism"] == "none"
-    found = (first["mechanism"], _place(first["location"])) if first else ("none", "")
-    quiet = verdict == "consistent" and not findings
-    mechanism_right = quiet if nothing else found[0] == truth["mechanism"]
-    place_right = quiet if nothing else found[1] == _place(truth["location"])
-    right = mechanism_right and place_right
-    errors = _parameter_errors(truth, first) if right and first else {}
+    effects = effects_of(truth)
+    wanted = [_wanted(truth, effect) for effect in effects]
+    named = [pair_of(finding) for finding in findings]
+    first = named[0] if named else ("none", "")
+    quiet = diagnosis.get("verdict") == "consistent" and not findings
+    verdict_right = diagnosis.get("verdict") == _verdict(truth)
+    mechanism_right = first[0] in {pair[0] for pair in wanted} if wanted else quiet
+    place_right = first[1] in {pair[1] for pair in wanted} if wanted else quiet
+    first_right = first in wanted if wanted else quiet
+    right = set(wanted) <= set(named) if len(wanted) > 1 else first_right
+    if truth.get("table") == "outside":
+        right = right and verdict_right
+    errors = [_parameter_errors(e, f) for e, f in _matched(effects, wanted, findings)]
+    mains = [
+        error[MAIN.get(effect["mechanism"], "")]
+        for effect, error in zip(effects, errors, strict=True)
+        if MAIN.get(effect["mechanism"], "") in error
+    ]
+    ahead = _ratio(diagnosis, "fit_ahead", "calibrated")
+    free = _ratio(diagnosis, "fit", "calibrated")
     return {
         "mechanism_right": mechanism_right,
         "place_right": place_right,
+        "first_right": first_right,
         "right": right,
-        "verdict_right": verdict == VERDICT.get(truth["mechanism"], "missing_physics"),
-        "rank": _rank(truth, diagnosis),
-        "strength_error": errors.get(MAIN.get(truth["mechanism"], "")),
-        "parameter_errors": errors,
-        "explained_over_true": _ratio(diagnosis, "fit", reference),
-        "explained_over_true_ahead": _ratio(diagnosis, "fit_ahead", reference),
-        "false_alarm": nothing and not quiet,
-        "probability": first["probability"] if first else None,
+        "verdict_right": verdict_right,
+        "besides": sum(pair not in wanted for pair in named),
+        "rank": _rank(wanted, diagnosis),
+        "strength_error": max(mains) if right and mains else None,
+        "parameter_errors": errors[0] if first_right and errors else {},
+        "explained_over_true": _over(diagnosis, "fit", "explained", reference),
+        "explained_over_true_ahead": _over(diagnosis, "fit_ahead", "explained", reference),
+        "noise_floor_over_true": _over(diagnosis, "fit", "noise_floor", reference),
+        "noise_floor_over_true_ahead": _over(diagnosis, "fit_ahead", "noise_floor", reference),
+        "explained_over_calibrated": free,
+        "explained_over_calibrated_ahead": ahead,
+        "improved": free is not None and free < 1,
+        "ahead_not_worse": None if ahead is None else ahead <= SAME,
+        "stated": _stated(wanted, diagnosis),
+        "false_alarm": not effects and not quiet,
+        "probability": findings[0]["probability"] if findings else None,
         "seconds": diagnosis.get("seconds"),
-        "found": " ".join(found).strip() if "error" not in diagnosis else "error",
+        "found": "error" if "error" in diagnosis else words(first),
+        "named": [words(pair) for pair in named],
     }
 
 
-def _place(location: str) -> str:
-    """Return a location with the channels of a pair in order."""
-    return "+".join(sorted(location.split("+")))
+def effects_of(truth: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return what is concealed; truths of earlier campaigns hold one effect in their own keys."""
+    if "effects" in truth:
+        return list(truth["effects"])
+    if truth["mechanism"] == "none":
+        return []
+    return [{key: truth[key] for key in ("mechanism", "location", "parameters")}]
 
 
-def _parameter_errors(truth: dict[str, Any], finding: dict[str, Any]) -> dict[str, float]:
+def pair_of(entry: Mapping[str, Any]) -> Pair:
+    """Return mechanism and place, the channels of a swap in order."""
+    return entry["mechanism"], "+".join(sorted(entry["location"].split("+")))
+
+
+def words(pair: Pair) -> str:
+    """Return "bumper storey2"."""
+    return " ".join(pair).strip()
+
+
+def _wanted(truth: Mapping[str, Any], effect: Mapping[str, Any]) -> Pair:
+    """Return what the diagnosis should say of an effect."""
+    mechanism, place = pair_of(effect)
+    return (UNNAMED if truth.get("table") == "outside" else mechanism), place
+
+
+def _verdict(truth: Mapping[str, Any]) -> str:
+    if "expected" in truth:
+        return str(truth["expected"])
+    return VERDICT.get(truth["mechanism"], "missing_physics")
+
+
+def _matched(
+    effects: list[dict[str, Any]], wanted: list[Pair], findings: list[dict[str, Any]]
+) -> list[tuple[dict[str, Any], dict[str, Any] | None]]:
+    """Return every effect with the finding that names it."""
+    by_pair = {pair_of(finding): finding for finding in reversed(findings)}
+    return [(effect, by_pair.get(pair)) for effect, pair in zip(effects, wanted, strict=True)]
+
+
+def _parameter_errors(
+    effect: Mapping[str, Any], finding: Mapping[str, Any] | None
+) -> dict[str, float]:
     """Return the relative error of every true parameter that the finding gives, too."""
-    errors = {}
-    for name, true in truth["parameters"].items():
-        if name in finding["parameters"] and finding["parameters"][name]["value"] is not None:
-            value, scale = finding["parameters"][name]["value"], abs(true)
-            if name == "gain":
-                scale = abs(true - 1)
-            errors[name] = abs(value - true) / scale if scale else 0.0
+    errors: dict[str, float] = {}
+    given = finding["parameters"] if finding is not None else {}
+    for name, true in effect["parameters"].items():
+        if name in given and given[name]["value"] is not None:
+            scale = abs(true - 1) if name == "gain" else abs(true)
+            errors[name] = abs(given[name]["value"] - true) / scale if scale else 0.0
     return errors
 
 
-def _rank(truth: dict[str, Any], diagnosis: dict[str, Any]) -> int | None:
-    wanted = (truth["mechanism"], _place(truth["location"]))
-    named = [*diagnosis.get("findings", []), *diagnosis.get("alternatives", [])]
-    for rank, entry in enumerate(named, 1):
-        if (entry["mechanism"], _place(entry["location"])) == wanted:
+def _rank(wanted: list[Pair], diagnosis: Mapping[str, Any]) -> int | None:
+    for rank, entry in enumerate(_all_named(diagnosis), 1):
+        if wanted and pair_of(entry) == wanted[0]:
             return rank
     return None
 
 
-def _ratio(diagnosis: dict[str, Any], kind: str, reference: dict[str, float]) -> float | None:
-    fits = diagnosis.get(kind)
-    if not fits or not reference.get(kind):
+def _stated(wanted: list[Pair], diagnosis: Mapping[str, Any]) -> list[list[Any]]:
+    return [[entry["probability"], pair_of(entry) in wanted] for entry in _all_named(diagnosis)]
+
+
+def _all_named(diagnosis: Mapping[str, Any]) -> list[dict[str, Any]]:
+    return [*diagnosis.get("findings", []), *diagnosis.get("alternatives", [])]
+
+
+def _over(
+    diagnosis: Mapping[str, Any], kind: str, which: str, reference: Mapping[str, float]
+) -> float | None:
+    """Return an error on the unseen recordings over the true model's."""
+    error = (diagnosis.get(kind) or {}).get("test", {}).get(which)
+    if error is None or not reference.get(kind):
         return None
-    return float(fits["test"]["explained"] / reference[kind])
+    return float(error / reference[kind])
+
+
+def _ratio(diagnosis: Mapping[str, Any], kind: str, other: str) -> float | None:
+    """Return the explained error on the unseen recordings over another one."""
+    errors = (diagnosis.get(kind) or {}).get("test", {})
+    if errors.get("explained") is None or not errors.get(other):
+        return None
+    return float(errors["explained"] / errors[other])

@@ -1,9 +1,11 @@
-"""The truth, sealed: written apart, its SHA-256 kept, and refused when it has been touched."""
+"""The truth, sealed: written apart, its SHA-256 kept first, and refused when it was touched."""
 
 from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Mapping
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -36,7 +38,50 @@ def open_seal(path: Path, digest: str) -> dict[str, Any]:
     return truth
 
 
-def write_manifest(folder: Path, digests: dict[str, str]) -> Path:
-    """Write the SHA-256 of every truth, before anything is diagnosed."""
-    text = json.dumps(digests, indent=1, sort_keys=True) + "\n"
-    return write_whole(folder / MANIFEST, lambda part: part.write_text(text))
+def write_manifest(
+    folder: Path, digests: Mapping[str, str], command: str, versions: Mapping[str, str]
+) -> dict[str, Any]:
+    """Write the SHA-256 of every truth, before anything is diagnosed, and return the manifest.
+
+    A campaign that grows adds a piece: when, by which command and versions its cases were made.
+
+    Raises:
+        TwinError: an earlier manifest has another SHA-256 for one of the cases, or is unreadable.
+    """
+    path = folder / MANIFEST
+    known = read_manifest(folder) if path.exists() else {"pieces": [], "sha256": {}}
+    changed = [case for case, one in digests.items() if known["sha256"].get(case, one) != one]
+    if changed:
+        raise TwinError(f"{path}: the seal is broken: another truth was written for {changed[0]}")
+    new = sorted(set(digests) - set(known["sha256"]))
+    if not new:
+        return known
+    piece = {
+        "written": datetime.now(UTC).isoformat(timespec="seconds"),
+        "command": command,
+        "versions": dict(versions),
+        "cases": len(new),
+    }
+    whole = {
+        "pieces": [*known["pieces"], piece],
+        "sha256": dict(sorted({**known["sha256"], **digests}.items())),
+    }
+    text = json.dumps(whole, indent=1) + "\n"
+    write_whole(path, lambda part: part.write_text(text))
+    return whole
+
+
+def read_manifest(folder: Path) -> dict[str, Any]:
+    """Return the manifest of a folder of sealed truths.
+
+    Raises:
+        TwinError: there is none, or it cannot be read.
+    """
+    path = folder / MANIFEST
+    try:
+        found = json.loads(path.read_text())
+        if isinstance(found["pieces"], list) and isinstance(found["sha256"], dict):
+            return {"pieces": found["pieces"], "sha256": found["sha256"]}
+    except (OSError, ValueError, KeyError, TypeError):
+        pass
+    raise TwinError(f"{path}: no manifest of a campaign")

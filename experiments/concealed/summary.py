@@ -1,60 +1,105 @@
-"""Many scores as a few numbers, a confusion matrix and a list of misses, printed and drawn."""
+"""Many scores as a few numbers for each table, a confusion matrix and a list of misses."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from rich.console import Console
-from rich.table import Table
 
-from twin.files import write_whole
-
+from .calibration import calibration_curve
 from .mechanisms import FLOOR, GROUND, SENSOR, STOREY
+from .score import effects_of, pair_of, words
+from .shares import median, share
+from .tables import TABLES
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
 ORDER = tuple(dict.fromkeys(("none", *STOREY, *FLOOR, *GROUND, *SENSOR, "sensor_swap")))
+SHARES = ("right", "first_right", "place_right", "verdict_right", "improved", "false_alarm")
+MEDIANS = (
+    "strength_error", "explained_over_true", "explained_over_true_ahead",
+    "noise_floor_over_true", "noise_floor_over_true_ahead", "seconds",
+)  # fmt: skip
 
 
 def summarise(results: Mapping[str, dict[str, Any]]) -> dict[str, Any]:
-    """Return the numbers of a campaign: shares, medians, misses and the confusion matrix.
+    """Return the numbers of a campaign.
 
     Args:
-        results: of ``campaign.run``, by case.
+        results: of ``campaign.run``, by case; truth and score are looked at.
+
+    Returns:
+        tables: by table, ``numbers_of`` its cases.
+        all: the same of all cases with something concealed.
+        calibration: of the first finding's probability; calibration_all: of all that was named.
+        worse_ahead: cases whose explained error, two seconds ahead, is above the calibrated.
+        misses: ``misses``.
+        confusion: names and counts, of cases with at most one effect.
     """
-    hidden = [r["score"] for r in results.values() if r["truth"]["mechanism"] != "none"]
-    quiet = [r["score"] for r in results.values() if r["truth"]["mechanism"] == "none"]
+    by_table: dict[str, list[dict[str, Any]]] = {}
+    for result in results.values():
+        by_table.setdefault(table_of(result["truth"]), []).append(result["score"])
+    hidden = [r["score"] for r in results.values() if effects_of(r["truth"])]
+    scores = [r["score"] for r in results.values()]
     names, counts = confusion(results)
     return {
-        "cases": len(hidden),
-        "right": _share(hidden, "right"),
-        "place_right": _share(hidden, "place_right"),
-        "verdict_right": _share(hidden, "verdict_right"),
-        "strength_error": _median(hidden, "strength_error"),
-        "explained_over_true": _median(hidden, "explained_over_true"),
-        "explained_over_true_ahead": _median(hidden, "explained_over_true_ahead"),
-        "none": len(quiet),
-        "false_alarms": sum(s["false_alarm"] for s in quiet),
-        "seconds": _median([*hidden, *quiet], "seconds"),
+        "tables": {name: numbers_of(by_table[name]) for name in _ordered(by_table)},
+        "all": numbers_of(hidden),
+        "calibration": calibration_curve(
+            (s["probability"], s["first_right"] and not s["false_alarm"])
+            for s in scores
+            if s["probability"] is not None
+        ),
+        "calibration_all": calibration_curve(tuple(one) for s in scores for one in s["stated"]),
+        "worse_ahead": [
+            {"case": case, "ratio": r["score"]["explained_over_calibrated_ahead"]}
+            for case, r in results.items()
+            if r["score"]["ahead_not_worse"] is False
+        ],
         "misses": misses(results),
         "confusion": {"names": names, "counts": counts.tolist()},
     }
 
 
+def numbers_of(scores: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return shares with intervals, and medians, of some scores.
+
+    ``alone`` is the share of cases in which nothing but the truth was named; ``ahead_not_worse``
+    is of those that have the number.
+    """
+    ahead = [s["ahead_not_worse"] for s in scores if s["ahead_not_worse"] is not None]
+    return {
+        "cases": len(scores),
+        **{key: share(s[key] for s in scores) for key in SHARES},
+        "alone": share(s["right"] and not s["besides"] for s in scores),
+        "ahead_not_worse": share(ahead),
+        **{key: median(s[key] for s in scores) for key in MEDIANS},
+    }
+
+
+def table_of(truth: Mapping[str, Any]) -> str:
+    """Return the table of a case; earlier campaigns had two."""
+    return str(truth.get("table") or ("none" if truth["mechanism"] == "none" else "single"))
+
+
+def concealed_words(truth: Mapping[str, Any]) -> str:
+    """Return "bumper storey2 and mass floor1"; "none" where nothing is concealed."""
+    return " and ".join(words(pair_of(effect)) for effect in effects_of(truth)) or "none"
+
+
 def misses(results: Mapping[str, dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return every case whose first finding is not the truth, with what was found instead."""
+    """Return every case that was not answered right, with what was said instead."""
     return [
         {
             "case": case,
-            "truth": f"{r['truth']['mechanism']} {r['truth']['location']}".strip(),
-            "found": r["score"]["found"],
+            "table": table_of(r["truth"]),
+            "truth": concealed_words(r["truth"]),
+            "found": " and ".join(r["score"]["named"]) or r["score"]["found"],
             "rank": r["score"]["rank"],
             "probability": r["score"]["probability"],
-            "effect_over_noise": r["truth"]["effect_over_noise"],
-            "noise": r["truth"]["noise"],
+            "effect_over_noise": r["truth"].get("effect_over_noise"),
+            "noise": r["truth"].get("noise"),
             "reason": r["diagnosis"].get("error", r["diagnosis"].get("verdict")),
         }
         for case, r in results.items()
@@ -63,8 +108,13 @@ def misses(results: Mapping[str, dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def confusion(results: Mapping[str, dict[str, Any]]) -> tuple[list[str], np.ndarray]:
-    """Return the mechanisms and how often each (row) was named as each (column)."""
-    pairs = [(r["truth"]["mechanism"], r["score"]["found"].split(" ")[0]) for r in results.values()]
+    """Return the mechanisms and how often each (row) was named first as each (column)."""
+    pairs = []
+    for r in results.values():
+        effects = effects_of(r["truth"])
+        if len(effects) < 2:
+            true = effects[0]["mechanism"] if effects else "none"
+            pairs.append((true, r["score"]["found"].split(" ")[0]))
     met = {name for pair in pairs for name in pair}
     names = [name for name in ORDER if name in met] + sorted(met - set(ORDER))
     counts = np.zeros((len(names), len(names)), int)
@@ -73,82 +123,6 @@ def confusion(results: Mapping[str, dict[str, Any]]) -> tuple[list[str], np.ndar
     return names, counts
 
 
-def show(console: Console, summary: dict[str, Any]) -> None:
-    """Print the numbers, the confusion matrix and the misses."""
-    table = Table(title="concealed cases", show_header=False)
-    rows = {
-        f"right mechanism and place first, of {summary['cases']}": _percent(summary["right"]),
-        "right place": _percent(summary["place_right"]),
-        "right verdict": _percent(summary["verdict_right"]),
-        "error of the strength, median": _percent(summary["strength_error"]),
-        "explained over true model, free run, median": _number(summary["explained_over_true"]),
-        "the same two seconds ahead": _number(summary["explained_over_true_ahead"]),
-        f"false alarms, of {summary['none']} with nothing concealed": str(summary["false_alarms"]),
-        "seconds a diagnosis, median": _number(summary["seconds"]),
-    }
-    for name, value in rows.items():
-        table.add_row(name, value)
-    console.print(table)
-    names, counts = summary["confusion"]["names"], summary["confusion"]["counts"]
-    matrix = Table(title="concealed (rows), named first (columns)", pad_edge=False)
-    matrix.add_column("")
-    for i in range(len(names)):
-        matrix.add_column(str(i + 1), justify="right", min_width=2, no_wrap=True)
-    for i, (name, row) in enumerate(zip(names, counts, strict=True)):
-        matrix.add_row(f"{i + 1} {name}", *(str(n) if n else "" for n in row))
-    console.print(matrix)
-    if summary["misses"]:
-        console.print(_missed(summary["misses"]))
-
-
-def draw_confusion(summary: dict[str, Any], path: Path) -> Path:
-    """Draw the confusion matrix and return the picture's path."""
-    from matplotlib.figure import Figure
-
-    names = summary["confusion"]["names"]
-    counts = np.array(summary["confusion"]["counts"], float)
-    share = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
-    labels = [name.replace("_", " ") for name in names]
-    size = 2.5 + 0.36 * len(names)
-    figure = Figure(figsize=(size + 1, size), layout="constrained")
-    ax = figure.subplots()
-    ax.imshow(share, cmap="Blues", vmin=0, vmax=1)
-    ax.set_xticks(range(len(names)), labels, rotation=90)
-    ax.set_yticks(range(len(names)), labels)
-    ax.set_xlabel("named first")
-    ax.set_ylabel("concealed")
-    for (i, j), count in np.ndenumerate(counts):
-        if count:
-            colour = "white" if share[i, j] > 0.5 else "black"
-            ax.text(j, i, f"{count:.0f}", ha="center", va="center", color=colour, fontsize=8)
-    return write_whole(path, lambda part: figure.savefig(part, dpi=150))
-
-
-def _missed(entries: list[dict[str, Any]]) -> Table:
-    table = Table(title="misses")
-    for name in ("case", "concealed", "named first", "probability", "truth ranks", "effect", "why"):
-        table.add_column(name)
-    for m in entries:
-        table.add_row(
-            m["case"], m["truth"], m["found"], _number(m["probability"]),
-            "-" if m["rank"] is None else str(m["rank"]),
-            f"{m['effect_over_noise']:.0f} x noise", str(m["reason"]),
-        )  # fmt: skip
-    return table
-
-
-def _share(scores: list[dict[str, Any]], key: str) -> float | None:
-    return sum(bool(s[key]) for s in scores) / len(scores) if scores else None
-
-
-def _median(scores: list[dict[str, Any]], key: str) -> float | None:
-    values = [s[key] for s in scores if s[key] is not None]
-    return float(np.median(values)) if values else None
-
-
-def _percent(value: float | None) -> str:
-    return "-" if value is None else f"{100 * value:.1f} %"
-
-
-def _number(value: float | None) -> str:
-    return "-" if value is None else f"{value:.3g}"
+def _ordered(tables: Iterable[str]) -> list[str]:
+    given = list(tables)
+    return [name for name in TABLES if name in given] + sorted(set(given) - set(TABLES))

@@ -9,7 +9,7 @@ import pytest
 from rich.console import Console
 
 pytest.importorskip("experiments.concealed", reason="experiments/ is not beside the tests")
-from experiments.concealed import campaign, summary
+from experiments.concealed import campaign, pictures, steps
 from experiments.concealed import case as cases
 from experiments.concealed.case import generate
 from experiments.concealed.reference import reference
@@ -57,16 +57,19 @@ def diagnosed(*findings, verdict="missing_physics", alternatives=()):
 
 
 def blind(model, train, test, out, seed):
-    """Say bumper at storey 2 whatever there is, unless the recordings are none."""
+    """Say bumper at storey 2 where the first test is long, give up where it is quiet."""
     assert model == "two_storey_lumped"
     assert [p.name for p in (*train, *test)] == [f"train_{i}.csv" for i in range(1, 5)] + [
         "test_1.csv", "test_2.csv",
     ]  # fmt: skip
-    if "none" in train[0].parent.name:
-        return NONE
-    if "0002" in train[0].parent.name:
+    assert "0" not in str(train[0].parent.name)  # the name says nothing
+    found = ANSWERS[train[0].read_bytes()[-6:-2][0] % 3]
+    if found is None:
         raise ValueError("gave up")
-    return diagnosed(named("bumper", "storey2", gap=0.004, stiffness=900.0))
+    return found
+
+
+ANSWERS = (NONE, None, diagnosed(named("bumper", "storey2", gap=0.004, stiffness=900.0)))
 
 
 def never(*_):
@@ -127,7 +130,7 @@ def test_a_gain_counts_from_one_and_a_swap_has_no_order():
 
 
 def test_the_true_model_reaches_the_noise(tmp_path, short):
-    digest = generate(1, 3, tmp_path, tmp_path, nothing=True)
+    digest = generate(1, 3, tmp_path, tmp_path, "none")
     truth = open_seal(tmp_path / "none_0001.json", digest)
     reached = reference(truth, tmp_path)
     assert 0.95 * truth["noise"] < reached["fit_ahead"] < 1.3 * truth["noise"]
@@ -137,36 +140,59 @@ def test_the_true_model_reaches_the_noise(tmp_path, short):
 
 def test_a_campaign_generates_seals_diagnoses_opens_scores_and_resumes(tmp_path, short):
     seen = []
-    results = campaign.run(2, 1, 1, tmp_path, None, lambda *told: seen.append(told), blind)
+    asked = {"single": 2, "none": 1}
+    results = campaign.run(asked, 1, tmp_path, None, lambda *told: seen.append(told), blind)
     assert list(results) == ["case_0001", "case_0002", "none_0001"]
     assert seen[0] == ("generated", 0, 3)
-    assert seen[-1] == ("diagnosed", 3, 3)
-    assert seen.index(("generated", 3, 3)) < seen.index(("diagnosed", 0, 3))
+    assert seen[-1] == ("opened", 3, 3)
+    steps_told = [("generated", 3, 3), ("diagnosed", 0, 3), ("diagnosed", 3, 3), ("opened", 0, 3)]
+    assert [told for told in seen if told in steps_told] == steps_told
     manifest = json.loads((tmp_path / "sealed" / "manifest.json").read_text())
-    assert list(manifest) == list(results)
-    assert results["none_0001"]["score"]["right"]
-    assert results["case_0002"]["diagnosis"] == {"error": "ValueError: gave up"}
-    assert (tmp_path / "diagnoses" / "case_0001.json").exists()
+    assert list(manifest["sha256"]) == list(results)
+    assert manifest["pieces"][0]["command"] == "twin concealed --cases 2 --none 1 --seed 1"
+    assert {"twin", "python", "mujoco", "numpy", "scipy", "numba"} <= set(
+        manifest["pieces"][0]["versions"]
+    )
+    stored = json.loads((tmp_path / "diagnoses" / "case_0001.json").read_text())
+    assert stored["made_with"] == manifest["pieces"][0]["versions"]
     found = json.loads((tmp_path / "summary.json").read_text())
-    assert (found["cases"], found["none"], found["false_alarms"]) == (2, 1, 0)
-    assert [m["case"] for m in found["misses"]][-1] == "case_0002"
+    assert found["tables"]["single"]["cases"] == 2
+    assert found["tables"]["none"]["false_alarm"]["of"] == 1
     assert np.sum(found["confusion"]["counts"]) == 3
     assert (tmp_path / "confusion.png").stat().st_size > 5000
     console = Console(width=120, record=True, file=io.StringIO())
-    summary.show(console, found)
-    assert "false alarms, of 1 with nothing concealed" in console.export_text()
-    assert campaign.run(2, 1, 1, tmp_path, diagnose=never) == results
+    pictures.show(console, found)
+    assert "of 1 with nothing concealed" in console.export_text()
+    assert campaign.run(asked, 1, tmp_path, diagnose=never) == results
     with pytest.raises(TwinError, match="another campaign"):
-        campaign.run(2, 1, 2, tmp_path, None, None, blind)
+        campaign.run(asked, 2, tmp_path, None, None, blind)
+
+
+def test_a_campaign_grows_and_stops_when_its_time_is_up(tmp_path, short):
+    assert campaign.run({"none": 1}, 1, tmp_path, diagnose=never, budget_s=-1) == {}
+    assert not list((tmp_path / "diagnoses").glob("*.json"))
+    first = campaign.run({"none": 1}, 1, tmp_path, diagnose=blind)
+    more = campaign.run({"none": 2}, 1, tmp_path, diagnose=blind)
+    assert list(more) == ["none_0001", "none_0002"]
+    assert more["none_0001"] == first["none_0001"]
+    pieces = json.loads((tmp_path / "sealed" / "manifest.json").read_text())["pieces"]
+    assert [piece["cases"] for piece in pieces] == [1, 1]
+    with pytest.raises(TwinError, match="no table 'two' of concealed cases; there are single"):
+        campaign.run({"two": 1}, 1, tmp_path, diagnose=blind)
 
 
 def test_a_truth_that_was_touched_after_it_was_sealed_stops_the_campaign(tmp_path, short):
-    task = campaign.Task(1, False, 1, tmp_path, diagnose=blind)
-    digest = campaign.conceal(task)["sha256"]
-    path = tmp_path / "sealed" / "case_0001.json"
-    path.write_text(path.read_text().replace("storey", "store"))
+    campaign.run({"none": 1}, 1, tmp_path, diagnose=blind, budget_s=-1)
+    path = tmp_path / "sealed" / "none_0001.json"
+    path.write_text(path.read_text().replace("none", "bumper"))
     with pytest.raises(TwinError, match="the seal is broken"):
-        campaign.judge(campaign.Task(1, False, 1, tmp_path, digest, blind))
+        campaign.run({"none": 1}, 1, tmp_path, diagnose=blind)
+
+
+def test_a_seal_stays_closed_until_there_is_a_diagnosis(tmp_path):
+    opening = steps.Opening(tmp_path / "a.json", "", tmp_path, tmp_path / "diagnoses" / "a.json")
+    with pytest.raises(TwinError, match="the seal stays closed"):
+        steps.open_and_score(opening)
 
 
 def test_a_campaign_runs_on_dask(tmp_path, short):
@@ -175,8 +201,8 @@ def test_a_campaign_runs_on_dask(tmp_path, short):
         distributed.LocalCluster(1, processes=False, dashboard_address=None) as cluster,
         distributed.Client(cluster) as client,
     ):
-        results = campaign.run(0, 2, 1, tmp_path, client.get_executor(), None, blind)
-    assert [r["score"]["false_alarm"] for r in results.values()] == [False, False]
+        results = campaign.run({"none": 2}, 1, tmp_path, client.get_executor(), None, blind)
+    assert len(results) == 2
 
 
 def test_the_command_asks_for_work_and_for_a_cluster_that_is_there(tmp_path, capsys):
@@ -187,5 +213,7 @@ def test_the_command_asks_for_work_and_for_a_cluster_that_is_there(tmp_path, cap
         return capsys.readouterr().err
 
     assert "nothing to do" in refused("--cases", "0", "--none", "0")
+    assert "no table 'two'; there are single, none" in refused("--table", "two=3")
+    assert "expected NAME=COUNT" in refused("--table", "single=many")
     pytest.importorskip("distributed")
     assert "no Dask cluster there" in refused("--cases", "1", "--scheduler", "nowhere")
