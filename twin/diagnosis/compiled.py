@@ -6,8 +6,9 @@ arrays and for numbers alike.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import numba
@@ -19,138 +20,162 @@ MOST_NUMBERS = 20
 """Fields that a law may have."""
 
 
-def _chain(functions: list[Any], arguments: str, counts: list[int], fallback: str) -> Any:
-    """Return a compiled function that calls the j-th of ``functions``."""
-    lines = [f"def chosen(j, {arguments}, p):"]
-    names: dict[str, Any] = {}
-    for j, (function, count) in enumerate(zip(functions, counts, strict=True)):
-        lines.append(f"    if j == {j}:")
-        if function is None:
-            lines.append(f"        return {fallback}")
-            continue
-        names[f"law{j}"] = numba.njit(nogil=True)(function)
-        numbers = ", ".join(f"p[{i}]" for i in range(count))
-        lines.append(f"        return law{j}({arguments}, {numbers})")
-    lines.append(f"    return {fallback}")
-    exec("\n".join(lines), names)
-    return numba.njit(nogil=True)(names["chosen"])
+# pointers to compiled functions are old enough, whatever Numba calls them
+warnings.filterwarnings("ignore", "First-class function type feature")
+
+REAL = numba.float64
+NUMBERS = numba.types.CPointer(REAL)
+FORCE = REAL(REAL, REAL, REAL, REAL, NUMBERS)
+FLOW = REAL(REAL, REAL, REAL, NUMBERS)
 
 
-@lru_cache(maxsize=64)
+def _compiled(function: Any, arguments: str, count: int, fallback: str, signature: Any) -> Any:
+    """Return the function compiled as a pointer, its numbers in one array, so that all have one type."""
+    if function is None:
+        line, names = fallback, {}
+    else:
+        numbers = "".join(f", p[{i}]" for i in range(count))
+        line, names = f"law({arguments}{numbers})", {"law": numba.njit(nogil=True)(function)}
+    exec(f"def chosen({arguments}, p):\n    return {line}", names)
+    return numba.cfunc(signature)(names["chosen"])
+
+
+@lru_cache(maxsize=128)
+def _law(law: type[Law], count: int) -> tuple[Any, Any]:
+    """Return force and flow of a law, compiled once a process."""
+    return (
+        _compiled(law.law, "d, v, z, t", count, "0.0 * d", FORCE),
+        _compiled(law.flow, "z, before, after", count, "z", FLOW),
+    )
+
+
+@lru_cache(maxsize=1)
+def _no_law() -> tuple[Any, Any]:
+    return (
+        _compiled(None, "d, v, z, t", 0, "0.0 * d", FORCE),
+        _compiled(None, "z, before, after", 0, "z", FLOW),
+    )
+
+
 def stepper(laws: tuple[type[Law], ...], counts: tuple[int, ...]) -> Callable[..., Any]:
     """Return the compiled loop over one trial and all variants, for laws of these classes.
+
+    The loop takes the laws as pointers, so that it is compiled once and kept on disk.
 
     Args:
         laws: the classes, in order.
         counts: how many numbers each law takes.
     """
-    force_of = _chain([c.law for c in laws], "d, v, z, t", list(counts), "0.0 * d")
-    recall = _chain([c.flow for c in laws], "z, before, after", list(counts), "z")
-    count = len(laws)
+    pairs = [_law(law, count) for law, count in zip(laws, counts, strict=True)]
+    pairs = pairs or [_no_law()]  # the type of an empty tuple says nothing of its members
+    forces, flows = (tuple(column) for column in zip(*pairs, strict=True))
+    return partial(step_through, forces, flows)
 
-    @numba.njit(nogil=True)
-    def step_through(  # type: ignore[no-untyped-def]
-        A, B0, B1, E0, E1, C, D, F, drift, rate, Kf, Kw, u, smooth, y, start, limits, numbers,
-        memory, begin_s, steps, step_s, innovations, states, memories,
-    ):  # fmt: skip
-        variants, n = A.shape[0], A.shape[1]
-        samples, m = y.shape[1], y.shape[2]
-        r = u.shape[2]
-        h = step_s / steps
-        x, xc, free, later = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
-        f, g, e = np.zeros(count), np.zeros(count), np.zeros(m)
-        z, zl = np.zeros(count), np.zeros(count)
-        for v in range(variants):
-            w = v if u.shape[0] > 1 else 0
-            x[:] = start
-            z[:] = memory
+
+@numba.njit(nogil=True, cache=True)
+def step_through(  # type: ignore[no-untyped-def]
+    forces, flows, A, B0, B1, E0, E1, C, D, F, drift, rate, Kf, Kw, u, smooth, y, start, limits, numbers,
+    memory, begin_s, steps, step_s, innovations, states, memories,
+):  # fmt: skip
+    """Fill innovations, states and memories of one trial, all variants."""
+    count = F.shape[2]
+    variants, n = A.shape[0], A.shape[1]
+    samples, m = y.shape[1], y.shape[2]
+    r = u.shape[2]
+    h = step_s / steps
+    x, xc, free, later = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
+    f, g, e = np.zeros(count), np.zeros(count), np.zeros(m)
+    z, zl = np.zeros(count), np.zeros(count)
+    for v in range(variants):
+        w = v if u.shape[0] > 1 else 0
+        x[:] = start
+        z[:] = memory
+        for j in range(count):
+            d = 0.0
+            s = 0.0
+            for i in range(n):
+                d += drift[v, j, i] * x[i]
+                s += rate[v, j, i] * x[i]
+            f[j] = forces[j](d, s, z[j], begin_s, numbers[v, j].ctypes)
+        for k in range(samples):
+            t = begin_s + k * step_s
+            for o in range(m):
+                predicted = 0.0
+                for i in range(n):
+                    predicted += C[v, o, i] * x[i]
+                for i in range(r):
+                    predicted += D[v, o, i] * u[w, k, i]
+                for j in range(count):
+                    predicted += F[v, o, j] * f[j]
+                limit = limits[v, o]
+                predicted = min(max(predicted, -limit), limit)
+                e[o] = y[w, k, o] - predicted
+                innovations[v, k, o] = e[o]
             for j in range(count):
+                memories[v, k, j] = z[j]
+            for i in range(n):
+                states[v, k, i] = x[i]
+                add = 0.0
+                for o in range(m):
+                    add += Kf[i, o] * e[o]
+                xc[i] = x[i] + add
+            for j in range(count):
+                d0 = 0.0
                 d = 0.0
                 s = 0.0
                 for i in range(n):
-                    d += drift[v, j, i] * x[i]
-                    s += rate[v, j, i] * x[i]
-                f[j] = force_of(j, d, s, z[j], begin_s, numbers[v, j])
-            for k in range(samples):
-                t = begin_s + k * step_s
-                for o in range(m):
-                    predicted = 0.0
-                    for i in range(n):
-                        predicted += C[v, o, i] * x[i]
-                    for i in range(r):
-                        predicted += D[v, o, i] * u[w, k, i]
-                    for j in range(count):
-                        predicted += F[v, o, j] * f[j]
-                    limit = limits[v, o]
-                    predicted = min(max(predicted, -limit), limit)
-                    e[o] = y[w, k, o] - predicted
-                    innovations[v, k, o] = e[o]
-                for j in range(count):
-                    memories[v, k, j] = z[j]
+                    d0 += drift[v, j, i] * x[i]
+                    d += drift[v, j, i] * xc[i]
+                    s += rate[v, j, i] * xc[i]
+                z[j] = flows[j](z[j], d0, d, numbers[v, j].ctypes)
+                f[j] = forces[j](d, s, z[j], t, numbers[v, j].ctypes)
+            for i in range(n):
+                x[i] = xc[i]
+            last = min(k + 1, samples - 1)
+            for q in range(steps):
+                low = q / steps
+                high = (q + 1) / steps
                 for i in range(n):
-                    states[v, k, i] = x[i]
-                    add = 0.0
-                    for o in range(m):
-                        add += Kf[i, o] * e[o]
-                    xc[i] = x[i] + add
+                    total = 0.0
+                    for l in range(n):  # noqa: E741
+                        total += A[v, i, l] * x[l]
+                    for l in range(r):  # noqa: E741
+                        a = smooth[w, k, l]
+                        b = smooth[w, last, l] - a
+                        total += B0[v, i, l] * (a + low * b) + B1[v, i, l] * (a + high * b)
+                    if q == steps - 1:
+                        for o in range(m):
+                            total += Kw[i, o] * e[o]
+                    for j in range(count):
+                        total += (E0[v, i, j] + E1[v, i, j]) * f[j]
+                    free[i] = total
                 for j in range(count):
                     d0 = 0.0
                     d = 0.0
                     s = 0.0
                     for i in range(n):
                         d0 += drift[v, j, i] * x[i]
-                        d += drift[v, j, i] * xc[i]
-                        s += rate[v, j, i] * xc[i]
-                    z[j] = recall(j, z[j], d0, d, numbers[v, j])
-                    f[j] = force_of(j, d, s, z[j], t, numbers[v, j])
+                        d += drift[v, j, i] * free[i]
+                        s += rate[v, j, i] * free[i]
+                    zl[j] = flows[j](z[j], d0, d, numbers[v, j].ctypes)
+                    g[j] = forces[j](d, s, zl[j], t + (q + 1) * h, numbers[v, j].ctypes)
                 for i in range(n):
-                    x[i] = xc[i]
-                last = min(k + 1, samples - 1)
-                for q in range(steps):
-                    low = q / steps
-                    high = (q + 1) / steps
-                    for i in range(n):
-                        total = 0.0
-                        for l in range(n):  # noqa: E741
-                            total += A[v, i, l] * x[l]
-                        for l in range(r):  # noqa: E741
-                            a = smooth[w, k, l]
-                            b = smooth[w, last, l] - a
-                            total += B0[v, i, l] * (a + low * b) + B1[v, i, l] * (a + high * b)
-                        if q == steps - 1:
-                            for o in range(m):
-                                total += Kw[i, o] * e[o]
-                        for j in range(count):
-                            total += (E0[v, i, j] + E1[v, i, j]) * f[j]
-                        free[i] = total
+                    total = free[i]
                     for j in range(count):
-                        d0 = 0.0
-                        d = 0.0
-                        s = 0.0
-                        for i in range(n):
-                            d0 += drift[v, j, i] * x[i]
-                            d += drift[v, j, i] * free[i]
-                            s += rate[v, j, i] * free[i]
-                        zl[j] = recall(j, z[j], d0, d, numbers[v, j])
-                        g[j] = force_of(j, d, s, zl[j], t + (q + 1) * h, numbers[v, j])
+                        total += E1[v, i, j] * (g[j] - f[j])
+                    later[i] = min(max(total, -1e6), 1e6)
+                for j in range(count):
+                    d0 = 0.0
+                    d = 0.0
                     for i in range(n):
-                        total = free[i]
-                        for j in range(count):
-                            total += E1[v, i, j] * (g[j] - f[j])
-                        later[i] = min(max(total, -1e6), 1e6)
-                    for j in range(count):
-                        d0 = 0.0
-                        d = 0.0
-                        for i in range(n):
-                            d0 += drift[v, j, i] * x[i]
-                            d += drift[v, j, i] * later[i]
-                        z[j] = recall(j, z[j], d0, d, numbers[v, j])
-                        # the force at the corrected end differs by the step's third order
-                        f[j] = g[j]
-                    for i in range(n):
-                        x[i] = later[i]
+                        d0 += drift[v, j, i] * x[i]
+                        d += drift[v, j, i] * later[i]
+                    z[j] = flows[j](z[j], d0, d, numbers[v, j].ctypes)
+                    # the force at the corrected end differs by the step's third order
+                    f[j] = g[j]
+                for i in range(n):
+                    x[i] = later[i]
 
-    return step_through
 
 
 def numbers_of(variants: list[tuple[Law, ...]]) -> Any:

@@ -183,15 +183,33 @@ def effect_of_force(plant: Sampled, gains: Gain, law: int, force: Array) -> Arra
 
 def effect_of_start(plant: Sampled, gains: Gain, samples: int) -> Array:
     """Return the innovations of unit initial states, (n, samples, m)."""
-    F = plant.A - gains.whole(plant.A) @ plant.plant.C
-    n = len(F)
-    out = np.zeros((n, samples, len(plant.plant.C)))
-    power = np.eye(n)
-    for k in range(samples):
-        out[:, k] = -(plant.plant.C @ power).T
-        power = F @ power
-        if k % 64 == 63 and np.abs(power).max() < 1e-9:
-            break
+    C = plant.plant.C
+    F = plant.A - gains.whole(plant.A) @ C
+    n, m = len(F), len(C)
+    poles, V = np.linalg.eig(F)
+    if not np.linalg.cond(V) < 1e10:
+        powers = [np.eye(n)]
+        for _ in range(samples - 1):
+            powers.append(F @ powers[-1])
+        return -np.moveaxis(C @ np.array(powers), 2, 0)
+    keep = np.flatnonzero(poles.imag >= 0)
+    weight = np.where(poles.imag[keep] > 0, 2.0, 1.0)
+    parts = np.einsum("op,pn->pno", C @ V[:, keep] * weight, np.linalg.inv(V)[keep])
+    parts = parts.reshape(len(keep), n * m)
+    powers = _powers(poles[keep], samples)
+    out = powers.real @ parts.real - powers.imag @ parts.imag
+    return -np.moveaxis(out.reshape(samples, n, m), 1, 0)
+
+
+def _powers(poles: Array, samples: int) -> Array:
+    """Return the powers 0 to samples - 1 of poles, (samples, poles), by doubling."""
+    out = np.ones((samples, len(poles)), complex)
+    done, factor = 1, poles.astype(complex)
+    while done < samples:
+        more = min(done, samples - done)
+        out[done : done + more] = out[:more] * factor
+        factor = factor**2
+        done += more
     return out
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -23,17 +23,27 @@ LIKELY_FACTOR = 1.2
 """Share of the weight that acts in a storey of clamped beams."""
 
 
-def several(bench: Bench, nothing: Fit) -> Fit | None:
+def several(
+    bench: Bench, nothing: Fit, hopeless: Callable[[Fit], bool] = lambda loose: False
+) -> Fit | None:
     """Return the fit in which those masses, stiffnesses and dampings are free that need to be.
 
     All are freed at once; then whatever the Bayesian information criterion can do without goes back
     to its tolerance, one after the other.
+
+    Args:
+        bench: model and trials.
+        nothing: the fit within the tolerances.
+        hopeless: whether the fit with all of them free, which no selection of them beats, is not
+            good enough to go on.
     """
     base = nothing.hypothesis
     wide = replace(base, tolerance=tuple(LOOSE * t for t in base.tolerance))
     try:
         loose = refined(bench, [wide], nothing.slack, nothing.starts, rounds=4)
     except np.linalg.LinAlgError:
+        return None
+    if hopeless(loose):
         return None
     free = tuple(m for m in loose.hypothesis.base if not _floor_dashpot(m))
     level = tuple(m.with_values({"change": 0.0}) for m in base.base)

@@ -33,6 +33,9 @@ FORESEES = 0.7
 RUNS_LESS = 0.75
 """Several parameters win over one mechanism, too, where the free run's error falls to this."""
 
+LENIENT = 1.2
+"""All parameters free at once may run so much worse than the selection that is made of them."""
+
 TIE = 6.0
 """Difference of the BIC below which two explanations tie: odds of 20."""
 
@@ -151,8 +154,14 @@ def _many(
     if nothing.slack <= LITTLE and not stage.fits:
         return []
     tell("freeing the parameters")
-    found = several(bench, nothing)
     best = min(stage.fits, key=lambda f: f.bic, default=nothing)
+    freely = min(RUNS_LESS * _runs(bench, best), REPRODUCIBLE)
+
+    def hopeless(loose: Fit) -> bool:
+        least = -2 * loose.log_likelihood + 2 * np.log(bench.samples)
+        return bool(least > best.bic - DECISIVE and _runs(bench, loose) > LENIENT * freely)
+
+    found = several(bench, nothing, hopeless)
     if found is None or len(found.hypothesis.found) < 2 or found.bic > nothing.bic - DECISIVE:
         return []
     others: list[Fit] = []
@@ -162,7 +171,6 @@ def _many(
         if better.bic > found.bic - TIE:
             break
         found = better
-    freely = min(RUNS_LESS * _runs(bench, best), REPRODUCIBLE)
     if found.bic > best.bic - DECISIVE and _runs(bench, found) > freely:
         return []
     out = []
