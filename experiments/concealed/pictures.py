@@ -11,23 +11,26 @@ from rich.table import Table
 
 from twin.files import write_whole
 
-COLUMNS = ("table", "cases", "right", "95 %", "first right", "strength error", "free", "ahead", "s")
+COLUMNS = ("table", "cases", "right", "95 %", "first right", "error", "free", "ahead", "s")
 
 
 def show(console: Console, summary: dict[str, Any]) -> None:
     """Print the numbers, the confusion matrix and the misses."""
     table = Table(title="concealed cases")
     for name in COLUMNS:
-        table.add_column(name, justify="left" if name == "table" else "right")
+        table.add_column(name, justify="left" if name == "table" else "right", no_wrap=True)
     for name, of in summary["tables"].items():
         table.add_row(
-            name, str(of["cases"]), percent(of["right"]["share"]), between(of["right"]),
+            name, str(of["cases"]), percent(of["right"]["share"]), between(of["right"], 0),
             percent(of["first_right"]["share"]), percent(of["strength_error"]),
             number(of["explained_over_true"]), number(of["explained_over_true_ahead"]),
             number(of["seconds"]),
         )  # fmt: skip
     console.print(table)
-    console.print("free, ahead: explained error over the true model's, median, unseen recordings")
+    console.print(
+        "error: of the strength; free, ahead: explained error over the true model's on unseen "
+        "recordings; medians"
+    )
     if "none" in summary["tables"]:
         alarms = summary["tables"]["none"]["false_alarm"]
         console.print(
@@ -75,11 +78,11 @@ def number(value: float | None) -> str:
     return "-" if value is None else f"{value:.3g}"
 
 
-def between(share: dict[str, Any]) -> str:
-    """Return the interval of a share as "90-98 %"."""
+def between(share: dict[str, Any], digits: int = 1) -> str:
+    """Return the interval of a share as "90.1-97.9 %"."""
     if share["low"] is None:
         return "-"
-    return f"{100 * share['low']:.1f}-{100 * share['high']:.1f} %"
+    return f"{100 * share['low']:.{digits}f}-{100 * share['high']:.{digits}f} %"
 
 
 def _matrix(names: list[str], counts: list[list[int]]) -> Table:

@@ -25,6 +25,9 @@ from .seal import open_seal
 Diagnose = Callable[..., dict[str, Any]]
 """diagnose(model, train, test, out, seed) -> the JSON of ``twin diagnose``."""
 
+STARTING = ("twin.diagnosis.diagnose",)
+"""What starts a process when it is imported (MuJoCo's window library asks for its own version)."""
+
 KEPT = ("verdict", "findings", "alternatives", "fit", "fit_ahead", "seconds", "error", "made_with")
 SEEN = (
     "table", "model", "effects", "expected", "mechanism", "location", "parameters", "form",
@@ -132,6 +135,8 @@ def of_the_command() -> Diagnose:
 
 def _diagnosed(task: Blind) -> dict[str, Any]:
     diagnose = task.diagnose or of_the_command()
+    for name in STARTING:
+        import_module(name)
     began = time.perf_counter()
     with tempfile.TemporaryDirectory(prefix="twin-") as name:
         folder = Path(shutil.copytree(task.recordings, Path(name) / "case"))

@@ -20,7 +20,7 @@ def versions() -> dict[str, str]:
         try:
             found[name] = version(package)
         except PackageNotFoundError:
-            found[name] = "not installed"
+            found[name] = "not installed"  # run from a checkout: then the commit says it
     commit = _commit()
     return {**found, "commit": commit} if commit else found
 
