@@ -21,6 +21,7 @@ COMMANDS = (
     "tune",
     "diagnose",
     "convert",
+    "fetch",
     "view",
 )
 """Modules of this package that hold one command each (or a group, as ``test`` does)."""
