@@ -39,12 +39,13 @@ def killed_after_some_steps(context, out, rng):
     """Kill a campaign at a random moment within its next steps; False once it has ended."""
     before, process = state(out), context.Process(target=quick_campaign.main, args=(out,))
     process.start()
-    steps = rng.randrange(1, 50)
+    steps = rng.randrange(1, 30)
     while process.is_alive() and steps:
         now = state(out)
         steps -= now != before
         before = now
-    time.sleep(rng.uniform(0, 0.01))
+        time.sleep(0.003)
+    time.sleep(rng.uniform(0, 0.02))
     process.kill()
     process.join()
     assert process.exitcode in (0, -signal.SIGKILL)
