@@ -1,4 +1,4 @@
-"""One concealed case: a rig, a plan, one effect; its recordings, and the truth sealed apart."""
+"""One concealed case: a rig, a plan, its effects; its recordings, and the truth sealed apart."""
 
 from __future__ import annotations
 
@@ -11,32 +11,17 @@ import numpy as np
 from twin.errors import TwinError, available
 from twin.formats import write_recording
 
-from .chain import Chain, at_sensor, measure
-from .distinct import evidence
-from .integrator import simulate
-from .mechanisms import Mechanism, build, unmeasured
-from .plans import FADE_S, FINE, FINE_HZ, Test, band_limited, draw_plan, excitation, log_uniform
-from .rig import TWO_STOREY, Array, Rig
+from .chain import Chain, measure
+from .drawing import TRIES, conceal
+from .frames import nominal_of, write_model
+from .mechanisms import Mechanism
+from .motions import motion
+from .plans import Test, draw_plan, on_ground
+from .rig import Array, Rig
 from .seal import seal
-from .strengths import Motion, draw
-from .tables import TABLES, case_name, combination_of, expected, stream
+from .tables import TABLES, Combination, case_name, combination_of, expected, stream
 
-__all__ = ["Case", "case_name", "draw_case", "from_truth", "generate", "motion"]
-
-COARSE = 4
-"""Strengths are set, and the effect is judged, on a grid this much coarser."""
-
-VISIBLE = 3.0
-"""The effect changes the outputs of some training recording by at least this many times noise."""
-
-CLEAR_NATS = 25.0
-"""A soft base is by so much likelier than the best frame on a hard one."""
-
-Run = tuple[Array, Array]
-FARTHEST_M = 0.12
-"""No drift goes beyond this: a storey of the frame is 0.3 m high."""
-
-TRIES = 60
+__all__ = ["Case", "case_name", "draw_case", "from_truth", "generate", "moved"]
 
 
 @dataclass(frozen=True)
@@ -45,60 +30,80 @@ class Case:
 
     Attributes:
         name: "case_0007".
+        table: of the cases that this is one of.
         rig: as built.
         nominal: what the diagnosis is told.
         plan: its tests.
         chain: how it is measured.
-        mechanism: what is concealed.
+        recorded: floors whose accelerometers are recorded, from 1.
+        effects: what is concealed, the stronger or the only one first.
         effect: the largest change of a training recording's outputs, as a share of their RMS.
-        table: of the cases that this is one of.
+        evidence: what was asked of the strengths and what they reach; see the tables' modules.
     """
 
     name: str
+    table: str
     rig: Rig
     nominal: Rig
     plan: tuple[Test, ...]
     chain: Chain
-    mechanism: Mechanism
-    effect: float
-    table: str = "single"
+    recorded: tuple[int, ...]
+    effects: tuple[Mechanism, ...] = ()
+    effect: float = 0.0
+    evidence: tuple[tuple[str, float], ...] = ()
 
     @property
-    def visible_parameters(self) -> dict[str, float]:
-        """The parameters as a diagnosis sees them: a change counts from the nominal value."""
-        found, i = dict(self.mechanism.parameters), self.mechanism.index
-        if self.mechanism.name == "stiffness":
+    def mechanism(self) -> Mechanism:
+        """The first effect, "none" where there is none."""
+        return self.effects[0] if self.effects else Mechanism()
+
+    @property
+    def training(self) -> tuple[Test, ...]:
+        """The tests that a diagnosis may learn from."""
+        return tuple(test for test in self.plan if test.name.startswith("train"))
+
+    def has(self, name: str) -> Mechanism | None:
+        """Return the effect of a name, if it is one of the case's."""
+        return next((m for m in self.effects if m.name == name), None)
+
+    def visible_parameters(self, m: Mechanism) -> dict[str, float]:
+        """Return parameters as a diagnosis sees them: a change counts from the nominal value."""
+        found, i = dict(m.parameters), m.index
+        if m.name == "stiffness":
             found["change"] += self.rig.stiffnesses[i] - self.nominal.stiffnesses[i]
-        elif self.mechanism.name == "mass":
+        elif m.name == "mass":
             found["change"] += self.rig.masses[i] - self.nominal.masses[i]
         return found
 
+    def _entry(self, m: Mechanism) -> dict[str, Any]:
+        return {
+            "mechanism": m.name,
+            "location": m.location,
+            "parameters": self.visible_parameters(m),
+            "form": m.form,
+        }
+
     def truth(self, number: int, seed: int) -> dict[str, Any]:
         """Return the truth as plain types."""
-        one = {
-            "mechanism": self.mechanism.name,
-            "location": self.mechanism.location,
-            "parameters": self.visible_parameters,
-            "form": self.mechanism.form,
-        }
-        effects = (self.mechanism,) if self.mechanism.name != "none" else ()
         return {
             "case": self.name,
             "table": self.table,
             "model": self.nominal.model,
-            "effects": [one] if effects else [],
-            "expected": expected(self.table, effects),
             "number": number,
             "seed": seed,
-            **one,
-            "built_in": self.mechanism.as_json(),
+            "effects": [self._entry(m) for m in self.effects],
+            "expected": expected(self.table, self.effects),
+            **self._entry(self.mechanism),
+            "built_in": [m.as_json() for m in self.effects],
             "nominal": self.nominal.as_json(),
             "noise": self.chain.noise,
             "style": self.chain.style,
             "chain": asdict(self.chain),
             "rig": self.rig.as_json(),
             "plan": [test.as_json() for test in self.plan],
+            "recorded": list(self.recorded),
             "effect_over_noise": self.effect / self.chain.noise,
+            "evidence": dict(self.evidence),
         }
 
 
@@ -106,133 +111,93 @@ def from_truth(truth: dict[str, Any]) -> Case:
     """Undo ``Case.truth``."""
     return Case(
         truth["case"],
+        truth["table"],
         Rig.from_json(truth["rig"]),
         Rig.from_json(truth["nominal"]),
         tuple(Test(**test) for test in truth["plan"]),
         Chain(**truth["chain"]),
-        Mechanism.from_json(truth["built_in"]),
+        tuple(truth["recorded"]),
+        tuple(Mechanism.from_json(entry) for entry in truth["built_in"]),
         truth["effect_over_noise"] * truth["noise"],
-        truth["table"],
+        tuple(truth["evidence"].items()),
     )
 
 
 def generate(
     number: int, seed: int, folder: Path, sealed: Path, table: str = "single",
-    nominal: Rig = TWO_STOREY,
+    nominal: Rig | None = None,
 ) -> str:  # fmt: skip
     """Write the recordings of a case and its truth.
 
     Args:
         number: of the case, from 1; with seed and table it says what is concealed where.
         seed: of the campaign; same seed, same bytes.
-        folder: gets case_0007/train_1.csv and so on, none_0007 where nothing is concealed.
+        folder: gets case_0007/train_1.csv and so on, none_0007 where nothing is concealed; and
+            model.xml, where the model that a diagnosis is told does not come with the package.
         sealed: gets case_0007.json.
         table: one of ``TABLES``; "none" conceals nothing.
-        nominal: the rig before its scatter.
+        nominal: the rig before its scatter; None for the table's own.
 
     Returns:
         The SHA-256 of the truth.
 
     Raises:
-        TwinError: there is no such table.
+        TwinError: there is no such table, or no strength that would do.
     """
     if table not in TABLES:
         raise TwinError(f"no table '{table}' of concealed cases; there are {available(TABLES)}")
-    pairs = combination_of(table, number, seed, nominal.storeys)
+    nominal = nominal or nominal_of(table)
+    combination = combination_of(table, number, seed, nominal.storeys)
     for attempt in range(TRIES):
         # a spring that softens may lose a hit that the drawing did not look at: then once more
         key = [seed, number, stream(table), *([attempt] if attempt else [])]
         rng = np.random.default_rng(key)
-        drawn = draw_case(rng, case_name(number, table), pairs[0] if pairs else None, nominal)
-        case = replace(drawn, table=table)
-        moved = [motion(case, test) for test in case.plan]
-        if all(np.all(np.isfinite(seen)) for _, seen, _ in moved):
+        try:
+            case = draw_case(rng, case_name(number, table), combination, table, nominal)
+        except TwinError:
+            if attempt == TRIES - 1:
+                raise
+            continue
+        runs = [moved(case, test) for test in case.plan]
+        if all(np.all(np.isfinite(seen)) for _, seen, _ in runs):
             break
-    for test, (forces, seen, _) in zip(case.plan, moved, strict=True):
-        recording = measure(case.chain, test, forces, seen, case.mechanism, rng)
+    for test, (drive, seen, _) in zip(case.plan, runs, strict=True):
+        recording = measure(case.chain, test, drive, seen, case.effects, case.recorded, rng)
         write_recording(recording, folder / case.name / f"{test.name}.csv")
+    write_model(nominal, folder / case.name)
     return seal(sealed / f"{case.name}.json", case.truth(number, seed))
 
 
 def draw_case(
-    rng: np.random.Generator, name: str, pair: tuple[str, str] | None, nominal: Rig = TWO_STOREY
-) -> Case:
-    """Draw a rig, a plan, a chain and a strength whose effect can be seen and stays physical.
+    rng: np.random.Generator, name: str, combination: Combination, table: str = "single",
+    nominal: Rig | None = None,
+) -> Case:  # fmt: skip
+    """Draw a rig, a plan, a chain and strengths that can be seen and stay physical.
 
     Raises:
         TwinError: no strength would do.
     """
+    nominal = nominal or nominal_of(table)
     rig = nominal.scattered(rng)
     plan, chain = draw_plan(rng, rig.storeys), Chain.draw(rng)
-    case = Case(name, rig, nominal, plan, chain, Mechanism(), 0.0)
-    if pair is None:
-        return case
-    training = [test for test in plan if test.name.startswith("train")]
-    healthy = [motion(case, test, COARSE)[1:] for test in training]
-    scale = Motion.of(rig, healthy)
-    for _ in range(TRIES):
-        tried = replace(case, mechanism=draw(rng, *pair, rig, scale))
-        if pair[0] == "unmeasured_force":
-            tried = _scaled(rng, tried, training, healthy)
-        moved = [motion(tried, test, COARSE)[1:] for test in training]
-        effect = max(
-            _effect(tried.mechanism, a, b, FINE_HZ / COARSE)
-            for a, b in zip(healthy, moved, strict=True)
-        )
-        if pair[1].startswith("force_"):
-            effect = abs(tried.mechanism["gain"] - 1)
-        if pair[0] == "base_compliance":
-            system = build(rig, tried.mechanism)
-            if evidence(rig, system, training, chain.fine, chain.noise) < CLEAR_NATS:
-                continue
-        n = rig.storeys
-        farthest = max(np.abs(states[:, :n] @ rig.drifts.T).max() for _, states in moved)
-        if farthest < FARTHEST_M and effect > VISIBLE * chain.noise:  # NaN fails the first
-            return replace(tried, effect=float(effect))
-    raise TwinError(f"{name}: no strength of {pair[0]} at {pair[1]} can be seen and is physical")
+    if table == "ground":
+        plan = on_ground(plan)
+    recorded = tuple(range(1, rig.storeys + 1))
+    if table == "one_sensor":
+        recorded = (_only(rng, combination, rig.storeys),)
+    case = Case(name, table, rig, nominal, plan, chain, recorded)
+    found = conceal(rng, table, combination, rig, case.training, chain, recorded, name)
+    return replace(case, effects=found.effects, effect=found.effect, evidence=found.evidence)
 
 
-def motion(case: Case, test: Test, stride: int = 1) -> tuple[Array, Array, Array]:
-    """Return forces, accelerations and states of a test, the mechanism built in.
-
-    ``stride`` coarsens the integrator's grid.
-    """
-    forces = excitation(test, case.rig.storeys, case.chain.fine)[::stride]
-    acting, seen_besides = forces, np.zeros((1, 1))
-    if case.mechanism.name == "unmeasured_force":
-        waveform = _waveform(case.mechanism, test)[::stride]
-        acting = forces + unmeasured(case.rig, case.mechanism, waveform)
-        if case.mechanism.location == "ground":
-            seen_besides = waveform[:, None]
-    seen, states = simulate(build(case.rig, case.mechanism), acting, stride / FINE_HZ)
-    return forces, seen + seen_besides, states
+def _only(rng: np.random.Generator, combination: Combination, storeys: int) -> int:
+    """Return the floor whose accelerometer is left: a faulty sensor's own, else any."""
+    for name, location in combination:
+        if name.startswith("sensor_") and location.startswith("acc_"):
+            return int(location[-1])
+    return int(rng.integers(storeys)) + 1
 
 
-def _effect(mechanism: Mechanism, healthy: Run, moved: Run, rate: float) -> float:
-    """Return the change of the outputs as a share of their RMS, pooled over channels."""
-    given = at_sensor(moved[0], mechanism, rate)
-    return float(np.sqrt(np.sum((given - healthy[0]) ** 2) / np.sum(healthy[0] ** 2)))
-
-
-def _scaled(rng: np.random.Generator, case: Case, tests: list[Test], healthy: list[Run]) -> Case:
-    """Return the case with an unmeasured force of a drawn effect in the middle recording."""
-    moved = [motion(case, test, COARSE)[1:] for test in tests]
-    rate = FINE_HZ / COARSE
-    pairs = zip(healthy, moved, strict=True)
-    unit = np.exp(np.mean([np.log(_effect(case.mechanism, a, b, rate)) for a, b in pairs]))
-    wanted = log_uniform(rng, VISIBLE * case.chain.noise, 0.5)
-    parameters = {**dict(case.mechanism.parameters), "rms": float(wanted / unit)}
-    return replace(case, mechanism=replace(case.mechanism, parameters=tuple(parameters.items())))
-
-
-def _waveform(m: Mechanism, test: Test) -> Array:
-    """Return the unmeasured force [N] or ground acceleration [m/s^2] of a recording."""
-    rng = np.random.default_rng([test.seed, 5])
-    count = (test.samples - 1) * FINE + 1
-    time = np.arange(count) / FINE_HZ
-    if m.form == "sine":
-        phase = rng.uniform(0, 2 * np.pi)
-        return np.asarray(m["rms"] * np.sqrt(2) * np.sin(2 * np.pi * m["frequency"] * time + phase))
-    width = 0.2 * m["frequency"] if m.form == "narrow" else 7.25
-    noise = band_limited(rng, count, FINE_HZ, m["frequency"] - width, m["frequency"] + width)
-    return m["rms"] * noise * np.minimum(time / FADE_S, 1.0)
+def moved(case: Case, test: Test, stride: int = 1) -> tuple[Array, Array, Array]:
+    """Return what drives a test of the case, the floors' accelerations and the states."""
+    return motion(case.rig, case.effects, test, case.chain.fine, stride)

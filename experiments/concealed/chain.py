@@ -6,6 +6,7 @@ delay come before the anti-alias filter, and clipping before the noise. Swapped 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -83,10 +84,16 @@ class Chain:
         return np.asarray(firwin(count, FIR_EDGE * SAMPLING_HZ, window=("kaiser", 6.0), fs=rate))
 
 
-def at_sensor(accelerations: Array, mechanism: Mechanism, rate: float = FINE_HZ) -> Array:
-    """Return what the accelerometers give at a rate [Hz], the mechanism's fault included."""
-    if not mechanism.in_sensor or not mechanism.location.startswith("acc_"):
-        return accelerations
+def at_sensor(accelerations: Array, *effects: Mechanism, rate: float = FINE_HZ) -> Array:
+    """Return what the accelerometers give at a rate [Hz], their faults included."""
+    given = accelerations
+    for m in effects:
+        if m.in_sensor and m.location.startswith("acc_floor"):
+            given = _faulty(given, m, rate)
+    return given
+
+
+def _faulty(accelerations: Array, mechanism: Mechanism, rate: float) -> Array:
     given = accelerations.copy()
     if mechanism.name == "sensor_swap":
         one, other = (int(channel[-1]) - 1 for channel in mechanism.location.split("+"))
@@ -120,18 +127,28 @@ def delayed(signal: Array, delay: float, rate: float) -> Array:
 
 
 def measure(
-    chain: Chain, test: Test, forces: Array, accelerations: Array, mechanism: Mechanism,
-    rng: np.random.Generator,
+    chain: Chain, test: Test, drive: Array, accelerations: Array, effects: Sequence[Mechanism],
+    recorded: Sequence[int], rng: np.random.Generator,
 ) -> Recording:  # fmt: skip
-    """Return the recording of a test: the driven floor's force and every floor's acceleration."""
-    force = forces[:, test.floor - 1]
-    name = f"force_floor{test.floor}"
-    if mechanism.name == "sensor_gain" and mechanism.location == name:
-        force = mechanism["gain"] * force
-    both = np.column_stack([force, at_sensor(accelerations, mechanism)])
+    """Return the recording of a test: what drives it and the recorded floors' accelerations.
+
+    Args:
+        chain: filter, sampler and noise.
+        test: what is recorded.
+        drive: force [N] or ground acceleration [m/s^2] on the integrator's grid.
+        accelerations: of the floors, the same.
+        effects: faults of sensors among them.
+        recorded: floors whose accelerometers are there, from 1.
+        rng: draws the noise.
+    """
+    name = test.input
+    for m in effects:
+        if m.name == "sensor_gain" and m.location == name:
+            drive = m["gain"] * drive
+    both = np.column_stack([drive, at_sensor(accelerations, *effects)])
     sampled = chain.sampled(both)
     deviation = chain.noise * np.sqrt(np.mean(sampled**2, axis=0))
     noisy = sampled + deviation * rng.standard_normal(sampled.shape)
-    names = [name, *(f"acc_floor{i + 1}" for i in range(accelerations.shape[1]))]
-    columns: dict[str, Any] = dict(zip(names, noisy.T, strict=True))
+    columns: dict[str, Any] = {name: noisy[:, 0]}
+    columns |= {f"acc_floor{floor}": noisy[:, floor] for floor in recorded}
     return Recording.build(SAMPLING_HZ, columns, test.name)

@@ -6,11 +6,13 @@ case would ask for what is not in the data, so the strength is drawn again.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from .plans import FINE_HZ, SAMPLING_HZ, Test, excitation
+from .plans import FINE_HZ, SAMPLING_HZ, Test, waveform
 from .rig import Array, Rig, System, linear_system
 
 Spectrum = NDArray[np.complex128]
@@ -18,13 +20,13 @@ Spectrum = NDArray[np.complex128]
 HIGHEST_HZ = 100.0
 
 
-def evidence(rig: Rig, system: System, tests: list[Test], fine: bool, noise: float) -> float:
+def evidence(rig: Rig, system: System, tests: Sequence[Test], fine: bool, noise: float) -> float:
     """Return how much likelier the system is than the best frame without it [nats].
 
     Frequency by frequency, running steadily, on training recordings whose outputs carry white
     noise of that share of their RMS; every mass, stiffness and damping ratio is free.
     """
-    spectra = [_spectrum(test, rig.storeys, fine) for test in tests]
+    spectra = [_spectrum(test, fine) for test in tests]
     targets, weights = [], []
     for test, (omega, force) in zip(tests, spectra, strict=True):
         target = _response(system, rig.storeys, test.floor - 1, omega) * force[:, None]
@@ -53,9 +55,9 @@ def evidence(rig: Rig, system: System, tests: list[Test], fine: bool, noise: flo
     return float(least_squares(misfit, start, x_scale=0.01, max_nfev=30).cost)
 
 
-def _spectrum(test: Test, floors: int, fine: bool) -> tuple[Array, Spectrum]:
+def _spectrum(test: Test, fine: bool) -> tuple[Array, Spectrum]:
     """Return frequencies [rad/s] and the force's spectrum there."""
-    force = excitation(test, floors, fine)[:, test.floor - 1]
+    force = waveform(test, fine)
     frequency = np.fft.rfftfreq(len(force), 1 / FINE_HZ)
     inside = (frequency > 0.3) & (frequency < min(HIGHEST_HZ, SAMPLING_HZ / 2))
     return np.asarray(2 * np.pi * frequency[inside], float), np.fft.rfft(force)[inside]

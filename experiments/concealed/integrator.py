@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from .laws import COULOMB, JENKINS, force, slider, slip_rate
+from .laws import COULOMB, CROSS_AXIS, JENKINS, force, slider, slip_rate
 from .rig import System
 
 Array = NDArray[np.float64]
@@ -20,51 +20,77 @@ BISECTIONS = 26
 """An event is found within a step over two to this power, 4e-12 s."""
 
 
-@njit(cache=True)
-def _drift(y, top, bottom, first=0):  # type: ignore[no-untyped-def]
-    """Return the drift, or with ``first`` the number of degrees of freedom its rate."""
+@njit(cache=True, inline="always")
+def _drift(y, system, law, first=0):  # type: ignore[no-untyped-def]
+    """Return a law's drift, or with ``first`` the number of degrees of freedom its rate."""
+    top, bottom = system[3][law, 1], system[3][law, 2]
     return y[first + top] - y[first + bottom] if bottom >= 0 else y[first + top]
+
+
+@njit(cache=True, inline="always")
+def _start_of_slip(y, system):  # type: ignore[no-untyped-def]
+    """Return drift and inner force of the law that slips, zeros where none does."""
+    slip = system[7]
+    return (_drift(y, system, slip), y[len(y) - 1]) if slip >= 0 else (0.0, 0.0)
+
+
+@njit(cache=True, inline="always")
+def _pull(a, held, system, law):  # type: ignore[no-untyped-def]
+    """Take a law's force off what moves its two bodies."""
+    mass, top, bottom = system[0], system[3][law, 1], system[3][law, 2]
+    a[top] -= held / mass[top]
+    if bottom >= 0:
+        a[bottom] += held / mass[bottom]
 
 
 @njit(cache=True)
 def _accelerate(a, y, t, pull, system, mode, d0, z0):  # type: ignore[no-untyped-def]
-    """Fill the accelerations; return the law's force (in stick, the one that holds)."""
-    mass, stiffness, damping, law, p, top, bottom, _ = system
+    """Fill the accelerations; return dry friction's force (in stick, the one that holds)."""
+    mass, stiffness, damping, laws, p, _, friction, slip, aside = system
     n = len(mass)
     for i in range(n):
         total = pull[i] if i < len(pull) else 0.0
         for j in range(n):
             total -= stiffness[i, j] * y[j] + damping[i, j] * y[n + j]
         a[i] = total / mass[i]
-    if law == 0:
+    for k in range(len(laws)):
+        if laws[k, 0] == COULOMB:
+            continue
+        d = _drift(y, system, k)
+        z = 0.0
+        if laws[k, 0] == JENKINS:
+            z = slider(p[k], d, d0, z0)
+        elif k == slip:
+            z = y[2 * n]
+        elif laws[k, 0] == CROSS_AXIS:
+            z = y[aside]
+            a[aside] += p[k, 0] * d * d / mass[aside]
+        _pull(a, force(laws[k, 0], p[k], d, _drift(y, system, k, n), z, t), system, k)
+    if friction < 0:
         return 0.0
-    if law == COULOMB:
-        if mode != 0:
-            held = p[0] * mode
-        else:
-            relative, inverse = a[top], 1 / mass[top]
-            if bottom >= 0:
-                relative -= a[bottom]
-                inverse += 1 / mass[bottom]
-            held = relative / inverse
+    if mode != 0:
+        held = p[friction, 0] * mode
     else:
-        d = _drift(y, top, bottom)
-        v = _drift(y, top, bottom, n)
-        z = slider(p, d, d0, z0) if law == JENKINS else y[2 * n]
-        held = force(law, p, d, v, z, t)
-    a[top] -= held / mass[top]
-    if bottom >= 0:
-        a[bottom] += held / mass[bottom]
+        top, bottom = laws[friction, 1], laws[friction, 2]
+        relative, inverse = a[top], 1 / mass[top]
+        if bottom >= 0:
+            relative -= a[bottom]
+            inverse += 1 / mass[bottom]
+        held = relative / inverse
+    _pull(a, held, system, friction)
     return held
 
 
 @njit(cache=True)
 def _rate(rate, y, t, pull, system, mode, d0, z0):  # type: ignore[no-untyped-def]
-    n = len(system[0])
+    n, slip = len(system[0]), system[7]
     _accelerate(rate[n : 2 * n], y, t, pull, system, mode, d0, z0)
     for i in range(n):
         rate[i] = y[n + i]
-    rate[2 * n] = slip_rate(system[3], system[4], _drift(y, system[5], system[6], n), y[2 * n])
+    rate[2 * n] = 0.0
+    if slip >= 0:
+        v = _drift(y, system, slip, n)
+        rate[2 * n] = slip_rate(system[3][slip, 0], system[4][slip], v, y[2 * n])
 
 
 @njit(cache=True)
@@ -74,7 +100,8 @@ def _step(new, y, t, h, start, end, work, system, mode):  # type: ignore[no-unty
     size = len(y)
     floors = len(start)
     pull = middle[:floors]
-    d0, z0 = _drift(y, system[5], system[6]), y[size - 1]
+    slip = system[7]
+    d0, z0 = _start_of_slip(y, system)
     _rate(k1, y, t, start, system, mode, d0, z0)
     for i in range(floors):
         pull[i] = 0.5 * (start[i] + end[i])
@@ -89,8 +116,8 @@ def _step(new, y, t, h, start, end, work, system, mode):  # type: ignore[no-unty
     _rate(k4, at, t + h, end, system, mode, d0, z0)
     for i in range(size):
         new[i] = y[i] + h / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i])
-    if system[3] == JENKINS:
-        new[size - 1] = slider(system[4], _drift(new, system[5], system[6]), d0, z0)
+    if slip >= 0 and system[3][slip, 0] == JENKINS:
+        new[size - 1] = slider(system[4][slip], _drift(new, system, slip), d0, z0)
 
 
 @njit(cache=True)
@@ -98,15 +125,22 @@ def _gone(y, t, pull, system, mode, spare):  # type: ignore[no-untyped-def]
     """True when friction cannot go on as it does: the slip has turned, or the stick is too weak."""
     n = len(system[0])
     if mode != 0:
-        return mode * _drift(y, system[5], system[6], n) < 0.0
-    held = _accelerate(spare[:n], y, t, pull, system, 0, 0.0, 0.0)
-    return abs(held) > system[4][0]
+        return mode * _drift(y, system, system[6], n) < 0.0
+    return abs(_holding(y, t, pull, system, spare)) > system[4][system[6], 0]
+
+
+@njit(cache=True)
+def _holding(y, t, pull, system, spare):  # type: ignore[no-untyped-def]
+    """Return the friction force that would keep the storey from slipping [N]."""
+    d0, z0 = _start_of_slip(y, system)
+    return _accelerate(spare[: len(system[0])], y, t, pull, system, 0, d0, z0)
 
 
 @njit(cache=True)
 def _stop(y, system):  # type: ignore[no-untyped-def]
     """Take the last trace of drift rate away, keeping the momentum."""
-    mass, top, bottom = system[0], system[5], system[6]
+    mass, laws, friction = system[0], system[3], system[6]
+    top, bottom = laws[friction, 1], laws[friction, 2]
     n = len(mass)
     if bottom < 0:
         y[n + top] = 0.0
@@ -122,7 +156,8 @@ def advance(y, t, h, start, end, work, system, mode):  # type: ignore[no-untyped
     """Advance ``y`` in place by one step of the grid; return friction's mode after it."""
     size = len(y)
     new, last, left = work[6], work[8], work[9]
-    if system[3] != COULOMB:
+    friction = system[6]
+    if friction < 0:
         _step(new, y, t, h, start, end, work[:6], system, mode)
         y[:] = new
         return mode
@@ -153,8 +188,9 @@ def advance(y, t, h, start, end, work, system, mode):  # type: ignore[no-untyped
         y[:] = new
         done += high
         _stop(y, system)
-        held = _accelerate(work[7][: len(system[0])], y, t + done, to, system, 0, 0.0, 0.0)
-        mode = 0 if mode != 0 and abs(held) <= system[4][0] else (1 if held > 0 else -1)
+        held = _holding(y, t + done, to, system, work[7])
+        stuck = mode != 0 and abs(held) <= system[4][friction, 0]
+        mode = 0 if stuck else (1 if held > 0 else -1)
         if done >= h:
             return mode
     for i in range(floors):
@@ -169,23 +205,26 @@ def advance(y, t, h, start, end, work, system, mode):  # type: ignore[no-untyped
 def observe(out, y, t, pull, system, mode, spare):  # type: ignore[no-untyped-def]
     """Fill what the accelerometers see [m/s^2]: the floors' accelerations and ``seen``."""
     n = len(system[0])
-    _accelerate(spare[:n], y, t, pull, system, mode, _drift(y, system[5], system[6]), y[2 * n])
+    d0, z0 = _start_of_slip(y, system)
+    _accelerate(spare[:n], y, t, pull, system, mode, d0, z0)
     for i in range(len(out)):
         out[i] = spare[i]
         for j in range(n):
-            out[i] += system[7][i, j] * y[j]
+            out[i] += system[5][i, j] * y[j]
 
 
 @njit(cache=True)
 def starting_mode(y, system):  # type: ignore[no-untyped-def]
     """Return friction's mode that belongs to a state: the sign of the drift rate."""
-    v = _drift(y, system[5], system[6], len(system[0]))
+    if system[6] < 0:
+        return 0
+    v = _drift(y, system, system[6], len(system[0]))
     return (v > 0) - (v < 0)
 
 
 @njit(cache=True)
 def _run(start, forces, h, t0, system):  # type: ignore[no-untyped-def]
-    samples, floors = forces.shape
+    samples, floors = len(forces), len(system[5])
     n = len(system[0])
     work = np.zeros((10, 2 * n + 1))
     y = start.copy()
@@ -195,9 +234,8 @@ def _run(start, forces, h, t0, system):  # type: ignore[no-untyped-def]
         t = t0 + k * h
         if k > 0:
             mode = advance(y, t - h, h, forces[k - 1], forces[k], work, system, mode)
-        if system[3] == COULOMB and mode == 0 and _gone(y, t, forces[k], system, 0, work[7]):
-            held = _accelerate(work[7][:n], y, t, forces[k], system, 0, 0.0, 0.0)
-            mode = 1 if held > 0 else -1
+        if system[6] >= 0 and mode == 0 and _gone(y, t, forces[k], system, 0, work[7]):
+            mode = 1 if _holding(y, t, forces[k], system, work[7]) > 0 else -1
         states[k] = y
         observe(seen[k], y, t, forces[k], system, mode, work[7])
     return seen, states
@@ -210,7 +248,8 @@ def simulate(
 
     Args:
         system: what moves.
-        forces: on the floors [N], (samples, floors), one step apart, linear between.
+        forces: on the floors [N], (samples, floors), one step apart, linear between; or on all
+            degrees of freedom.
         step: of the grid [s].
         start: displacements [m], velocities [m/s] and the inner force [N]; None for rest.
         t0: time of the first sample [s].
@@ -221,9 +260,3 @@ def simulate(
     y = np.zeros(2 * len(system.mass) + 1) if start is None else np.array(start, float)
     seen, states = _run(y, np.ascontiguousarray(forces, float), step, t0, tuple(system))
     return seen, states
-
-
-def drift(system: System, states: Array) -> Array:
-    """Return the drift that the system's law sees [m]."""
-    upper = states[:, system.top]
-    return upper - states[:, system.bottom] if system.bottom >= 0 else upper

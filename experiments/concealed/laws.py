@@ -13,15 +13,29 @@ from numba import njit
 LINEAR, COULOMB, POLYNOMIAL, BUMPER, CLEARANCE, BOUC_WEN, JENKINS, DRAG, DRIFTING = range(9)
 """Codes of the laws; parameters stand in the order of ``force``'s docstring."""
 
+TANH, SINE, EXPONENTIAL, MAGNET, BREATHING_GAP, MOVING_STOP, CROSS_AXIS = range(9, 16)
+"""The same, of laws that no vocabulary names."""
+
+WIDTH = 5
+"""Places for the parameters of a law."""
+
+CLOSEST = 0.03
+"""The magnet's law ends at this share of its gap, where the poles would touch."""
+
 
 @njit(cache=True)
 def force(law, p, d, v, z, t):  # type: ignore[no-untyped-def]
-    """Return the force [N] at drift ``d`` [m], drift rate ``v`` [m/s], inner force ``z`` [N].
+    """Return the force [N] at drift ``d`` [m], drift rate ``v`` [m/s], inner state ``z``.
 
     POLYNOMIAL k2 d^2 + k3 d^3 (p = k2, k3); BUMPER k (d - gap) beyond the gap, whose sign is its
     side (gap, k); CLEARANCE minus the part ks within the play, nothing of it beyond (gap, ks);
     BOUC_WEN and JENKINS z - ks d (ks, yield force, exponent); DRAG c v|v| (c); DRIFTING
     k rate t d (k, rate). COULOMB is event-driven and stands in the integrator.
+
+    TANH ks w tanh(d/w) and SINE ks w sin(d/w) (ks, w); EXPONENTIAL ks w (exp(d/w) - 1 - d/w)
+    (ks, w); MAGNET -c ((1 - d/g)^-n - 1 - n d/g) (c, g, n); BREATHING_GAP and MOVING_STOP as
+    clearance and bumper, their gap times 1 + a sin(2 pi t/T + phi) (gap, k, a, T, phi); CROSS_AXIS
+    -2 c d z, with z the displacement of another axis [m] that c d^2 drives in turn (c).
     """
     if law == POLYNOMIAL:
         return p[0] * d * d + p[1] * d * d * d
@@ -37,6 +51,28 @@ def force(law, p, d, v, z, t):  # type: ignore[no-untyped-def]
         return p[0] * v * abs(v)
     if law == DRIFTING:
         return p[0] * p[1] * t * d
+    return unnamed(law, p, d, z, t)
+
+
+@njit(cache=True)
+def unnamed(law, p, d, z, t):  # type: ignore[no-untyped-def]
+    """Return the force [N] of the laws outside the vocabulary; see ``force``."""
+    if law == TANH:
+        return p[0] * p[1] * math.tanh(d / p[1])
+    if law == SINE:
+        return p[0] * p[1] * math.sin(d / p[1])
+    if law == EXPONENTIAL:
+        return p[0] * p[1] * (math.exp(min(d / p[1], 30.0)) - 1.0 - d / p[1])
+    if law == MAGNET:
+        share = d / p[1]
+        return -p[0] * (math.pow(max(1.0 - share, CLOSEST), -p[2]) - 1.0 - p[2] * share)
+    if law in (BREATHING_GAP, MOVING_STOP):
+        gap = p[0] * (1.0 + p[2] * math.sin(2 * math.pi * t / p[3] + p[4]))
+        if law == BREATHING_GAP:
+            return -p[1] * min(max(d, -gap), gap)
+        return p[1] * (max(d - gap, 0.0) if p[0] > 0 else min(d - gap, 0.0))
+    if law == CROSS_AXIS:
+        return -2 * p[0] * d * z
     return 0.0
 
 

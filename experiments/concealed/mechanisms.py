@@ -28,6 +28,18 @@ MAIN = {
 }  # fmt: skip
 """The parameter that stands for the strength; a swap and a polarity have none."""
 
+_GAP = ("gap", "stiffness", "opening", "period", "phase")
+UNNAMED = {
+    "tanh_spring": (laws.TANH, ("stiffness", "width")),
+    "sine_spring": (laws.SINE, ("stiffness", "width")),
+    "exponential_spring": (laws.EXPONENTIAL, ("stiffness", "width")),
+    "magnet": (laws.MAGNET, ("force", "gap", "exponent")),
+    "breathing_gap": (laws.BREATHING_GAP, _GAP),
+    "moving_stop": (laws.MOVING_STOP, _GAP),
+    "cross_axis": (laws.CROSS_AXIS, ("coupling",)),
+}
+"""Effects outside the vocabulary: law, and the names of its parameters in their order."""
+
 VERDICT = {
     "none": "consistent", "stiffness": "parameter", "damping": "parameter", "mass": "parameter",
     "sensor_gain": "measurement", "sensor_delay": "measurement", "sensor_polarity": "measurement",
@@ -93,31 +105,36 @@ def places(storeys: int) -> tuple[tuple[str, str], ...]:
     return tuple(found)
 
 
-def build(rig: Rig, mechanism: Mechanism) -> System:
-    """Return the rig with the mechanism built in; a sensor's fault leaves the motion alone."""
+def build(rig: Rig, *effects: Mechanism) -> System:
+    """Return the rig with the effects built in; a sensor's fault leaves the motion alone."""
     system = linear_system(rig)
-    name = mechanism.name
-    if name in ("stiffness", "damping"):
-        row = rig.drifts[mechanism.index]
-        added = mechanism["change"] * np.outer(row, row)
-        return system._replace(**{name: getattr(system, name) + added})
-    if name == "mass":
-        added = mechanism["change"] * (np.arange(rig.storeys) == mechanism.index)
-        return system._replace(mass=system.mass + added)
-    if name == "appendage":
-        return _with_appendage(system, mechanism)
-    if name == "base_compliance":
-        return _on_soft_ground(rig, system, mechanism)
-    code, parameters = _law(rig, mechanism)
-    if code == laws.LINEAR:
-        return system
-    top, bottom = mechanism.index, -1 if code == laws.DRAG else mechanism.index - 1
-    padded = np.zeros(3)
-    padded[: len(parameters)] = parameters
-    return system._replace(law=code, parameters=padded, top=top, bottom=bottom)
+    for m in effects:
+        if m.name in ("stiffness", "damping"):
+            row = rig.drifts[m.index]
+            added = m["change"] * np.outer(row, row)
+            system = system._replace(**{m.name: getattr(system, m.name) + added})
+        elif m.name == "mass":
+            added = m["change"] * (np.arange(rig.storeys) == m.index)
+            system = system._replace(mass=system.mass + added)
+    ground = -1
+    for m in effects:
+        if m.name == "base_compliance":
+            system, ground = _on_soft_ground(rig, system, m), rig.storeys
+    for m in effects:
+        if m.name == "appendage":
+            system = _with_appendage(system, m)
+    for m in effects:
+        code, parameters = law_of(rig, m)
+        if code == laws.LINEAR:
+            continue
+        if code == laws.CROSS_AXIS:
+            system = _with_cross_axis(system, m)
+        below = m.index - 1 if m.index > 0 else ground
+        system = system.with_law(code, parameters, m.index, -1 if code == laws.DRAG else below)
+    return system
 
 
-def _law(rig: Rig, mechanism: Mechanism) -> tuple[int, list[float]]:
+def law_of(rig: Rig, mechanism: Mechanism) -> tuple[int, list[float]]:
     """Return the code and the parameters of the law, LINEAR where there is none."""
     m = mechanism
     if m.name == "coulomb_friction":
@@ -139,6 +156,9 @@ def _law(rig: Rig, mechanism: Mechanism) -> tuple[int, list[float]]:
         return laws.DRIFTING, [rig.stiffnesses[m.index], m["rate"]]
     if m.name == "quadratic_drag":
         return laws.DRAG, [m["coefficient"]]
+    if m.name in UNNAMED:
+        code, names = UNNAMED[m.name]
+        return code, [m[name] for name in names]
     return laws.LINEAR, []
 
 
@@ -153,6 +173,15 @@ def _with_appendage(system: System, m: Mechanism) -> System:
         stiffness=larger.stiffness + spring * np.outer(floor, floor),
         damping=larger.damping + dashpot * np.outer(floor, floor),
     )
+
+
+def _with_cross_axis(system: System, m: Mechanism) -> System:
+    """Return the system with a mode of another axis, which the law couples to the drift."""
+    omega = 2 * np.pi * m["frequency"]
+    spring, dashpot = m["mass"] * omega**2, 2 * m["damping_ratio"] * m["mass"] * omega
+    last = np.eye(len(system.mass) + 1)[-1]
+    larger = enlarged(system, m["mass"], np.array([spring * last, dashpot * last, 0 * last]))
+    return larger._replace(aside=len(system.mass))
 
 
 def _on_soft_ground(rig: Rig, system: System, m: Mechanism) -> System:

@@ -11,7 +11,6 @@ from numba import njit
 from numpy.typing import NDArray
 
 from .integrator import advance, observe, starting_mode
-from .laws import BOUC_WEN, JENKINS
 from .rig import System
 
 Array = NDArray[np.float64]
@@ -32,7 +31,7 @@ def _filter(forces, steps, h, measured, variance, T, Q, P, start, system):  # ty
     samples, channels = measured.shape
     n = len(system[0])
     size = 2 * n + 1
-    floors = forces.shape[1]
+    floors = system[5].shape[0]
     work = np.zeros((10, size))
     x = start.copy()
     before = np.empty((samples, size))
@@ -57,8 +56,9 @@ def _filter(forces, steps, h, measured, variance, T, Q, P, start, system):  # ty
         gain = np.linalg.solve(H @ PH + np.diag(variance[k]), PH.T).T
         x = x + gain @ (measured[k] - T @ seen)
         P = P - gain @ PH.T
-        if system[3] == BOUC_WEN or system[3] == JENKINS:
-            x[size - 1] = min(max(x[size - 1], -system[4][1]), system[4][1])
+        if system[7] >= 0:
+            yielding = system[4][system[7], 1]
+            x[size - 1] = min(max(x[size - 1], -yielding), yielding)
         if k == samples - 1:
             break
         for i in range(size):
@@ -91,7 +91,7 @@ def states_before(
 
     Args:
         system: the true model.
-        forces: on the grid of ``step`` [N], (steps (samples - 1) + 1, floors).
+        forces: on the grid of ``step`` [N], (steps (samples - 1) + 1, floors or more).
         steps: of the grid in one sampling interval.
         step: of the grid [s].
         measured: accelerations [m/s^2], (samples, channels).

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,12 @@ PEAK_N = (3.0, 20.0)
 RMS_N = (0.1, 1.5)
 FADE_S = 0.5
 
+PER_NEWTON, PER_NEWTON_SHOCK = 0.5, 0.08
+"""Ground accelerations [m/s^2] that move the frame about as far as a newton on a floor does."""
+
+SHOCK_WIDTH = 8.0
+"""A shock of the ground lasts longer than a hammer's hit by this."""
+
 
 @dataclass(frozen=True)
 class Test:
@@ -26,9 +33,9 @@ class Test:
 
     Attributes:
         name: of the file, "train_1".
-        kind: hammer, random or multisine.
-        floor: from 1.
-        level: middle peak of the hits [N], or RMS [N].
+        kind: hammer, random or multisine; shocks where the ground is shaken.
+        floor: from 1; 0 for the ground.
+        level: middle peak of the hits [N], or RMS [N]; of the ground in m/s^2.
         duration_s: length [s].
         seed: of the excitation.
     """
@@ -46,6 +53,11 @@ class Test:
     def samples(self) -> int:
         """Number of samples at 256 Hz."""
         return round(self.duration_s * SAMPLING_HZ)
+
+    @property
+    def input(self) -> str:
+        """Name of the recorded channel that drives."""
+        return f"force_floor{self.floor}" if self.floor else "acc_ground"
 
     def as_json(self) -> dict[str, Any]:
         """Return plain types."""
@@ -91,27 +103,44 @@ def _test(
     return Test(name, kind, floor, level, float(duration), int(rng.integers(2**31)))
 
 
-def excitation(test: Test, floors: int, fine: bool) -> Array:
-    """Return the forces on the integrator's grid [N], (samples, floors).
+def on_ground(plan: tuple[Test, ...]) -> tuple[Test, ...]:
+    """Return the plan with the ground shaken instead of a floor, levels in m/s^2.
+
+    Shocks take the place of hits: half-sines of 40 to 120 ms.
+    """
+    return tuple(
+        replace(
+            test, kind="shocks" if test.kind == "hammer" else test.kind, floor=0,
+            level=test.level * (PER_NEWTON_SHOCK if test.kind == "hammer" else PER_NEWTON),
+        )
+        for test in plan
+    )  # fmt: skip
+
+
+@lru_cache(maxsize=8)
+def waveform(test: Test, fine: bool) -> Array:
+    """Return the force [N] or the ground's acceleration [m/s^2] on the integrator's grid.
+
+    It is read-only, and kept: the drawing of strengths asks for it again and again.
 
     Args:
         test: what drives.
-        floors: how many there are.
         fine: made on the fine grid; else at 256 Hz, and linear between these samples.
     """
     rng = np.random.default_rng(test.seed)
     rate = FINE_HZ if fine else SAMPLING_HZ
     count = (test.samples - 1) * (FINE if fine else 1) + 1
     time = np.arange(count) / rate
-    if test.kind == "hammer":
-        force = _hits(rng, test, time)
+    if test.kind in ("hammer", "shocks"):
+        drive = _hits(rng, test, time)
     else:
-        force = _random(rng, time) if test.kind == "random" else _multisine(rng, time)
-        force *= np.minimum(time / FADE_S, 1.0)
-        force *= test.level / np.sqrt(np.mean(force**2))
+        drive = _random(rng, time) if test.kind == "random" else _multisine(rng, time)
+        drive *= np.minimum(time / FADE_S, 1.0)
+        drive *= test.level / np.sqrt(np.mean(drive**2))
     if not fine:
-        force = np.interp(np.arange((count - 1) * FINE + 1) / FINE_HZ, time, force)
-    return np.outer(force, np.eye(floors)[test.floor - 1])
+        drive = np.interp(np.arange((count - 1) * FINE + 1) / FINE_HZ, time, drive)
+    drive.setflags(write=False)
+    return np.asarray(drive)
 
 
 def _hits(rng: np.random.Generator, test: Test, time: Array) -> Array:
@@ -119,7 +148,11 @@ def _hits(rng: np.random.Generator, test: Test, time: Array) -> Array:
     side = rng.choice([-1.0, 1.0])
     while at < test.duration_s - 2.0:
         width = rng.uniform(0.006, 0.014)
-        peak = np.clip(test.level * rng.uniform(0.6, 1.3), *PEAK_N)
+        peak = test.level * rng.uniform(0.6, 1.3)
+        if test.kind == "shocks":
+            width *= SHOCK_WIDTH
+        else:
+            peak = np.clip(peak, *PEAK_N)
         inside = (time > at) & (time < at + width)
         force[inside] += side * peak * np.sin(np.pi * (time[inside] - at) / width)
         at += rng.uniform(2.5, 8.0)

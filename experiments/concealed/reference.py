@@ -20,7 +20,8 @@ from twin.recording import Recording
 from .case import Case, from_truth
 from .chain import Chain, at_sensor, delayed, highpass
 from .integrator import simulate
-from .mechanisms import Mechanism, build
+from .mechanisms import build
+from .motions import loads
 from .observer import states_before
 from .plans import SAMPLING_HZ, Test
 from .rig import Array, System, enlarged
@@ -71,23 +72,22 @@ def reference(truth: dict[str, Any], folder: Path, kind: str = "test") -> dict[s
 
 def residuals(case: Case, test: Test, recording: Recording) -> Array:
     """Return the sums of squares of residual and output, a row each for free, ahead, chain."""
-    measured = recording.matrix([f"acc_floor{i + 1}" for i in range(case.rig.storeys)])
-    force = _force(case, test, recording)
+    measured = recording.matrix([f"acc_floor{floor}" for floor in case.recorded])
+    drive = _drive(case, test, recording)
     given = (
-        _free(case, test, _between(case, force)),
-        _ahead(case, test, measured, _on_floors(case, test, _between(case, force))),
-        _free(case, test, _between(case, _before_filter(case, force)), case.chain),
+        _free(case, test, _between(case, drive)),
+        _ahead(case, test, measured, _between(case, drive)),
+        _free(case, test, _between(case, _before_filter(case, drive)), case.chain),
     )
     outputs = np.sum(measured**2)
     return np.array([[np.sum((one - measured) ** 2), outputs] for one in given])
 
 
-def _force(case: Case, test: Test, recording: Recording) -> Array:
-    """Return the measured force [N], a known gain taken out."""
-    name = f"force_floor{test.floor}"
-    if case.mechanism.name == "sensor_gain" and case.mechanism.location == name:
-        return recording.column(name) / case.mechanism["gain"]
-    return recording.column(name)
+def _drive(case: Case, test: Test, recording: Recording) -> Array:
+    """Return the measured force [N] or ground acceleration [m/s^2], a known gain taken out."""
+    gains = [m["gain"] for m in case.effects
+             if m.name == "sensor_gain" and m.location == test.input]  # fmt: skip
+    return np.asarray(recording.column(test.input) / np.prod(gains))
 
 
 def _between(case: Case, force: Array) -> Array:
@@ -96,10 +96,6 @@ def _between(case: Case, force: Array) -> Array:
     if case.chain.fine:
         return np.asarray(resample_poly(force, STEPS, 1, window=("kaiser", 8.0))[:count])
     return np.interp(np.arange(count) / STEPS, np.arange(len(force)), force)
-
-
-def _on_floors(case: Case, test: Test, force: Array) -> Array:
-    return np.outer(force, np.eye(case.rig.storeys)[test.floor - 1])
 
 
 def _before_filter(case: Case, force: Array) -> Array:
@@ -113,22 +109,34 @@ def _before_filter(case: Case, force: Array) -> Array:
     return np.asarray(np.fft.irfft(spectrum, len(padded))[PAD:-PAD])
 
 
-def _free(case: Case, test: Test, force: Array, chain: Chain | None = None) -> Array:
+def _columns(case: Case) -> Array:
+    return np.array(case.recorded) - 1
+
+
+def _free(case: Case, test: Test, drive: Array, chain: Chain | None = None) -> Array:
     """Return the true model's outputs at the samples, from rest, through a chain if given."""
     rate = STEPS * SAMPLING_HZ
-    seen, _ = simulate(build(case.rig, case.mechanism), _on_floors(case, test, force), 1 / rate)
-    given = at_sensor(seen, case.mechanism, rate)
-    return (chain.filtered(given, rate) if chain is not None else given)[::STEPS]
+    system = build(case.rig, *case.effects)
+    seen, _ = simulate(system, loads(system, test, drive), 1 / rate)
+    given = at_sensor(_with_ground(test, drive, seen), *case.effects, rate=rate)
+    return (chain.filtered(given, rate) if chain is not None else given)[::STEPS, _columns(case)]
 
 
-def _ahead(case: Case, test: Test, measured: Array, forces: Array) -> Array:
+def _with_ground(test: Test, drive: Array, seen: Array) -> Array:
+    """Return the absolute accelerations where the ground is shaken."""
+    return seen + drive[:, None] if test.floor == 0 else seen
+
+
+def _ahead(case: Case, test: Test, measured: Array, drive: Array) -> Array:
     """Return the accelerations as predicted in windows, each from the state before it."""
-    m = case.mechanism
-    system = _with_hidden_force(build(case.rig, m), case)
-    clean, channels = _undone(measured, m)
-    states = _states(case, test, system, measured, clean, channels, forces)
+    system = _with_hidden_force(build(case.rig, *case.effects), case)
+    forces = loads(system, test, drive)
+    clean, channels = _undone(case, measured)
+    ground = drive[::STEPS, None] * channels.sum(axis=1) if test.floor == 0 else 0.0
+    states = _states(case, test, system, measured, clean - ground, channels, drive, forces)
     length = round(WINDOW_S * SAMPLING_HZ)
-    lag = int(np.ceil(m["delay"] * SAMPLING_HZ)) if m.name == "sensor_delay" else 0
+    late = case.has("sensor_delay")
+    lag = int(np.ceil(late["delay"] * SAMPLING_HZ)) if late else 0
     predicted = np.empty_like(measured)
     for first in range(0, len(measured), length):
         last = min(first + length, len(measured))
@@ -137,12 +145,15 @@ def _ahead(case: Case, test: Test, measured: Array, forces: Array) -> Array:
         seen, _ = simulate(
             system, forces[pieces], 1 / (STEPS * SAMPLING_HZ), states[start], start / SAMPLING_HZ
         )
-        if m.name == "sensor_highpass":
-            whole = np.vstack([clean[:start], seen[::STEPS]])
-            given = at_sensor(whole, m, SAMPLING_HZ)[start:]
+        seen = _with_ground(test, drive[pieces], seen)
+        if case.has("sensor_highpass"):
+            before = np.zeros((start, seen.shape[1]))
+            before[:, _columns(case)] = clean[:start]
+            whole = np.vstack([before, seen[::STEPS]])
+            given = at_sensor(whole, *case.effects, rate=SAMPLING_HZ)[start:]
         else:
-            given = at_sensor(seen, m, STEPS * SAMPLING_HZ)[::STEPS]
-        predicted[first:last] = given[first - start :]
+            given = at_sensor(seen, *case.effects, rate=STEPS * SAMPLING_HZ)[::STEPS]
+        predicted[first:last] = given[first - start :, _columns(case)]
     return predicted
 
 
@@ -151,14 +162,14 @@ def _with_hidden_force(system: System, case: Case) -> System:
 
     Its displacement is the force [N] (of a floor) or the acceleration [m/s^2] (of the ground).
     """
-    m = case.mechanism
-    if m.name != "unmeasured_force":
+    m = case.has("unmeasured_force")
+    if m is None:
         return system
     n, omega = len(system.mass), 2 * np.pi * m["frequency"]
     columns, rows = np.zeros((3, n + 1)), np.zeros((2, n + 1))
     if m.location == "ground":
-        columns[0, :n] = case.rig.masses
-        columns[2, :n] = 1.0
+        columns[0, : case.rig.storeys] = case.rig.masses
+        columns[2, : case.rig.storeys] = 1.0
     else:
         columns[0, m.index] = -1.0
     columns[0, n] = rows[0, n] = omega**2
@@ -166,44 +177,53 @@ def _with_hidden_force(system: System, case: Case) -> System:
     return enlarged(system, 1.0, columns, rows)
 
 
-def _undone(measured: Array, m: Mechanism) -> tuple[Array, Array]:
+def _undone(case: Case, measured: Array) -> tuple[Array, Array]:
     """Return measured accelerations less what can be undone, and what each channel sees."""
-    clean, channels = measured.copy(), np.eye(measured.shape[1])
-    if m.name == "sensor_delay":
-        clean[:, m.index] = delayed(measured[:, m.index], -m["delay"], SAMPLING_HZ)
-    elif m.name == "sensor_highpass":
-        clean[:, m.index] = highpass(measured[:, m.index], m["corner"], SAMPLING_HZ, inverse=True)
-    elif m.name == "sensor_clipping":
-        pass  # the filter leaves the clipped samples out
-    elif m.in_sensor:  # gain, polarity, swap: what the sensors give of each floor's unit motion
-        channels = at_sensor(channels, m).T
-    return clean, np.ascontiguousarray(channels)
+    clean, floors = measured.copy(), np.eye(case.rig.storeys)
+    for m in case.effects:
+        if not m.in_sensor or m.location.startswith("force_"):
+            continue
+        if m.name == "sensor_delay":
+            at = case.recorded.index(m.index + 1)
+            clean[:, at] = delayed(measured[:, at], -m["delay"], SAMPLING_HZ)
+        elif m.name == "sensor_highpass":
+            at = case.recorded.index(m.index + 1)
+            clean[:, at] = highpass(measured[:, at], m["corner"], SAMPLING_HZ, inverse=True)
+        elif m.name != "sensor_clipping":  # the filter leaves clipped samples out
+            # gain, polarity, swap: what the sensors give of each floor's unit motion
+            floors = at_sensor(floors, m)
+    return clean, np.ascontiguousarray(floors.T[_columns(case)])
 
 
 def _states(
     case: Case, test: Test, system: System, measured: Array, clean: Array, channels: Array,
-    forces: Array,
+    drive: Array, forces: Array,
 ) -> Array:  # fmt: skip
     """Return the states before each sample, the stated noise levels given."""
-    m, n, interval = case.mechanism, len(system.mass), 1 / SAMPLING_HZ
-    floor = test.floor - 1
-    of_force = case.chain.noise * np.sqrt(np.mean(forces[::STEPS] ** 2))
+    n, interval = len(system.mass), 1 / SAMPLING_HZ
     of_output = case.chain.noise * np.sqrt(np.mean(measured**2, axis=0))
-    passed = channels[:, floor] * of_force / system.mass[floor]
+    # what the noise of the input does to each velocity in a second; shaken, the whole frame is one
+    noisy = case.chain.noise * np.sqrt(np.mean(drive[::STEPS] ** 2))
+    pushed = np.abs(loads(system, test, np.ones(1))[0])
+    pushed = noisy * np.pad(pushed, (0, n - len(pushed))) / system.mass
+    passed = channels[:, test.floor - 1] * pushed[test.floor - 1] if test.floor else 0.0
     variance = np.tile(of_output**2 + passed**2, (len(measured), 1))
-    if m.name == "sensor_clipping":
-        lost = np.abs(measured[:, m.index]) >= CLIPPED * m["level"]
-        variance[lost, m.index] *= UNKNOWN
+    clipping = case.has("sensor_clipping")
+    if clipping is not None:
+        at = case.recorded.index(clipping.index + 1)
+        lost = np.abs(measured[:, at]) >= CLIPPED * clipping["level"]
+        variance[lost, at] *= UNKNOWN
     process, initial = np.zeros((2, 2 * n + 1))
     process[n : 2 * n] = (1e-3 * interval * np.sqrt(np.mean(measured**2))) ** 2
-    process[n + floor] += (interval * of_force / system.mass[floor]) ** 2
+    process[n : 2 * n] += (interval * pushed) ** 2
     initial[: 2 * n] = 1e-16
-    if m.name == "unmeasured_force":
-        omega, last = 2 * np.pi * m["frequency"], n - 1
-        initial[last], initial[n + last] = m["rms"] ** 2, (omega * m["rms"]) ** 2
-        process[n + last] = 4 * DAMPED[m.form] * omega**3 * m["rms"] ** 2 * interval
-    if m.name == "hysteresis":
-        process[2 * n] = (1e-4 * m["yield_force"]) ** 2
+    unknown, slipping = case.has("unmeasured_force"), case.has("hysteresis")
+    if unknown is not None:
+        omega, last, rms = 2 * np.pi * unknown["frequency"], n - 1, unknown["rms"]
+        initial[last], initial[n + last] = rms**2, (omega * rms) ** 2
+        process[n + last] = 4 * DAMPED[unknown.form] * omega**3 * rms**2 * interval
+    if slipping is not None:
+        process[2 * n] = (1e-4 * slipping["yield_force"]) ** 2
     stride = STEPS // FILTER_STEPS
     step = interval / FILTER_STEPS
     return states_before(

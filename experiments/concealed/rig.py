@@ -9,7 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
+from .laws import BOUC_WEN, COULOMB, JENKINS, WIDTH
+
 Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
 
 MASS_SPREAD = 0.003
 DAMPING_SPREAD = 0.02
@@ -96,28 +99,43 @@ TWO_STOREY = Rig((0.65, 1.55), (518.577777777778, 518.577777777778), (0.0118, 0.
 
 
 class System(NamedTuple):
-    """What the integrator integrates: M a + C v + K q + law = force, floors first.
+    """What the integrator integrates: M a + C v + K q + laws = force, floors first.
 
     Attributes:
         mass: of each degree of freedom [kg].
         stiffness: (n, n) [N/m].
         damping: (n, n) [N s/m].
-        law: one of the codes of ``laws``.
-        parameters: of the law.
-        top: the degree of freedom that the law pulls back.
-        bottom: the one it pulls along, -1 for the fixed ground.
+        laws: (laws, 3): code, the degree of freedom that the law pulls back, and the one that it
+            pulls along, -1 for the fixed ground; at most one dry friction and one that slips.
+        parameters: of the laws, (laws, ``WIDTH``).
         seen: (floors, n): what accelerometers see of the displacements on top of the floors'
             accelerations (a ground acceleration that is kept as a degree of freedom).
+        friction: which of the laws is dry friction, -1 for none.
+        slip: which has the inner force, the state after displacements and velocities.
+        aside: the degree of freedom of another axis that a CROSS_AXIS law is coupled to.
     """
 
     mass: Array
     stiffness: Array
     damping: Array
-    law: int
+    laws: Integers
     parameters: Array
-    top: int
-    bottom: int
     seen: Array
+    friction: int = -1
+    slip: int = -1
+    aside: int = -1
+
+    def with_law(self, code: int, parameters: list[float], top: int, bottom: int) -> System:
+        """Return the system with one more law between two degrees of freedom."""
+        row = np.zeros((1, WIDTH))
+        row[0, : len(parameters)] = parameters
+        count = len(self.laws)
+        return self._replace(
+            laws=np.vstack([self.laws, [[code, top, bottom]]]),
+            parameters=np.vstack([self.parameters, row]),
+            friction=count if code == COULOMB else self.friction,
+            slip=count if code in (BOUC_WEN, JENKINS) else self.slip,
+        )
 
     @property
     def floors(self) -> int:
@@ -129,8 +147,9 @@ def linear_system(rig: Rig) -> System:
     """Return the rig with nothing built in."""
     n = rig.storeys
     return System(
-        np.array(rig.masses), rig.stiffness, rig.damping, 0, np.zeros(3), 0, -1, np.zeros((n, n))
-    )
+        np.array(rig.masses), rig.stiffness, rig.damping, np.zeros((0, 3), np.int64),
+        np.zeros((0, WIDTH)), np.zeros((n, n)),
+    )  # fmt: skip
 
 
 def enlarged(system: System, mass: float, columns: Array, rows: Array | None = None) -> System:

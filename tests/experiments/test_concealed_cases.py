@@ -7,9 +7,10 @@ import pytest
 
 pytest.importorskip("experiments.concealed", reason="experiments/ is not beside the tests")
 from experiments.concealed import case as cases
-from experiments.concealed.case import from_truth, generate, motion
+from experiments.concealed.case import from_truth, generate, moved
 from experiments.concealed.chain import at_sensor, delayed, highpass
 from experiments.concealed.distinct import evidence
+from experiments.concealed.drawing import VISIBLE
 from experiments.concealed.mechanisms import Mechanism, build, places
 from experiments.concealed.plans import draw_plan
 from experiments.concealed.rig import TWO_STOREY
@@ -55,8 +56,8 @@ def test_the_recordings_are_the_rigs_motion_with_the_stated_noise(made):
     assert (truth["table"], truth["model"]) == ("single", "two_storey_lumped")
     case = from_truth(truth)
     assert truth == case.truth(4, 1)
-    forces, seen, _ = motion(case, case.plan[0])
-    both = np.column_stack([forces[:, case.plan[0].floor - 1], at_sensor(seen, case.mechanism)])
+    drive, seen, _ = moved(case, case.plan[0])
+    both = np.column_stack([drive, at_sensor(seen, *case.effects)])
     exact = case.chain.sampled(both)
     noise = read_recording(folder / "case_0004" / "train_1.csv").data - exact
     share = noise.std(axis=0) / np.sqrt(np.mean(exact**2, axis=0))
@@ -65,8 +66,9 @@ def test_the_recordings_are_the_rigs_motion_with_the_stated_noise(made):
 
 def test_a_touched_truth_is_refused(made, tmp_path):
     folder, digest = made
-    write_manifest(tmp_path, {"case_0004": digest})
-    assert json.loads((tmp_path / "manifest.json").read_text()) == {"case_0004": digest}
+    write_manifest(tmp_path, {"case_0004": digest}, "twin concealed", {})
+    manifest = json.loads((tmp_path / "manifest.json").read_text())
+    assert manifest["sha256"] == {"case_0004": digest}
     copy = tmp_path / "case_0004.json"
     copy.write_bytes((folder / "sealed" / "case_0004.json").read_bytes().replace(b"1", b"2", 1))
     with pytest.raises(TwinError, match="the seal is broken"):
@@ -92,8 +94,8 @@ def test_a_table_names_its_cases():
 
 @pytest.mark.parametrize("pair", places(2)[::7])
 def test_strengths_are_visible_and_physical(pair):
-    case = cases.draw_case(np.random.default_rng(5), "case", pair)
-    assert case.effect > cases.VISIBLE * case.chain.noise
+    case = cases.draw_case(np.random.default_rng(5), "case", (pair,))
+    assert case.effect > VISIBLE * case.chain.noise
     training = [test for test in case.plan if test.name.startswith("train")]
     assert {test.floor for test in training} == {1, 2}
     assert len({round(test.level, 6) for test in training}) == 4
