@@ -1,0 +1,206 @@
+"""Recordings that nobody here made: what a linear twin leaves unexplained, and what is found in it.
+
+    python experiments/real_diagnosis.py DATA [--only f16 robot_arm silverbox bouc_wen]
+
+DATA holds the folders ``f16_gvt``, ``robot_arm`` and ``silverbox`` (``twin fetch`` gets the first
+and the last as other files); the Bouc-Wen benchmark is generated. Results of each part are kept in
+``experiments/results/real.json``, those of other parts stay as they are.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.console import Console
+from rich.table import Table
+
+sys.path.insert(0, str(Path(__file__).parent.parent))
+
+from experiments import bouc_wen, real_recordings, silverbox
+from twin.diagnosis.diagnose import diagnose
+from twin.formats import read_recording
+from twin.model import Twin
+
+Array = NDArray[np.float64]
+
+RESULTS = Path(__file__).parent / "results" / "real.json"
+BAND_HZ = (2.0, 15.0)
+"""Of the F-16's excitation; every line in it is driven."""
+ABOVE_HZ = (15.5, 60.0)
+REACH, DEGREE = 5, 4
+"""Lines to either side that a polynomial of that degree is fitted to."""
+SEEN, UNSEEN = slice(1, 6), slice(6, 9)
+"""Periods that are fitted (the first holds the transient) and those that are not."""
+
+
+def rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(np.abs(values) ** 2)))
+
+
+def f16(data: Path) -> dict[str, Any]:
+    """Say how much of the response repeats, how much of that is linear, and what is left.
+
+    Every period has the same force, so the mean of the periods seen foresees the unseen ones with
+    all that repeats, linear or not: no model of a steady response can do better. What goes beyond
+    it is noise and what changed from period to period; what a linear model errs beyond it repeats
+    and is the model's: too few modes, or physics that is not linear. Lines above the excited band
+    answer to no force: what repeats there is nonlinear distortion (or the shaker's).
+    """
+    read = read_recording(data / real_recordings.F16, real_recordings.F16_MAP, 400.0)
+    count = real_recordings.F16_PERIOD
+    whole = read.samples // count
+    periods = read.data[: whole * count].reshape(whole, count, -1)
+    u, y = periods[..., :1], periods[..., 1:]
+    y = y - y.mean(axis=1, keepdims=True)
+    seen, unseen = y[SEEN].mean(axis=0), y[UNSEEN]
+    _, errors = real_recordings.f16(data)
+    spectrum, force = np.fft.rfft(y[1:], axis=1), np.fft.rfft(u[1:], axis=1)
+    f = np.fft.rfftfreq(count, 1 / read.sampling_hz)
+    inside = (f >= BAND_HZ[0]) & (f <= BAND_HZ[1])
+    above = (f >= ABOVE_HZ[0]) & (f <= ABOVE_HZ[1])
+    mean, spread = spectrum.mean(axis=0), spectrum.std(axis=0, ddof=1)
+    n = len(spectrum)
+    # the mean of n periods still holds an n-th of the noise's power
+    repeats = np.maximum(np.abs(mean[above]) ** 2 - spread[above] ** 2 / n, 0).sum()
+    number = np.arange(n) - (n - 1) / 2
+    slope = np.einsum("p,pfo->fo", number, spectrum) / np.sum(number**2)
+    trend = np.einsum("p,fo->pfo", number, slope)[:, inside]
+    variation = (spectrum - mean)[:, inside]
+    level = np.sum(np.abs(mean[inside]) ** 2)
+    drifting = float(np.sum(np.abs(trend) ** 2) / np.sum(np.abs(variation) ** 2))
+    smooth = ragged(mean[inside], force[:, inside].mean(axis=0))
+    return {
+        "linear model, unseen periods": next(iter(errors.values())),
+        "mean of the seen periods, unseen periods": rms(unseen - seen) / rms(unseen),
+        "period to period, excited band": float(np.sqrt(np.sum(spread[inside] ** 2) / level)),
+        "share of it that is a trend in time": drifting,
+        "share that a trend in noise would have": 1 / (n - 1),
+        "not smooth in frequency, excited band": smooth,
+        "of that, noise": float(np.sqrt(np.sum(spread[inside] ** 2) / n / level)),
+        "repeats above the band": float(np.sqrt(repeats / level)),
+        "noise above the band": float(np.sqrt(np.sum(spread[above] ** 2) / level)),
+        "force above the band": rms(force[:, above].mean(axis=0)) / rms(force[:, inside]),
+    }
+
+
+def ragged(y: Array, u: Array) -> float:
+    """Return how far the response is from smooth in frequency, over its own size.
+
+    A linear response over its force is smooth from line to line; what nonlinearity adds under
+    random phases is not, and repeats all the same. Around each line the response function is taken
+    as a polynomial (Schoukens, Vandersteen, Barbe and Pintelon 2009); what that leaves is noise
+    and distortion.
+
+    Args:
+        y: spectrum of the mean period at the excited lines, (lines, outputs).
+        u: that of the force, (lines, 1).
+    """
+    r = np.arange(-REACH, REACH + 1)
+    powers = (r[:, None] / REACH) ** np.arange(DEGREE + 1)
+    freedom = len(r) - DEGREE - 1
+    left = size = 0.0
+    for line in range(REACH, len(y) - REACH):
+        A = powers * u[line + r]
+        best = np.linalg.lstsq(A, y[line + r], rcond=None)[0]
+        left += float(np.sum(np.abs(y[line + r] - A @ best) ** 2)) / freedom
+        size += float(np.sum(np.abs(y[line]) ** 2))
+    return float(np.sqrt(left / size))
+
+
+def robot_arm(data: Path) -> dict[str, Any]:
+    """Return the linear model's error on what it saw and did not see."""
+    found, errors = real_recordings.robot_arm(data)
+    return {
+        "linear model, seen part": float(found.nrmse or np.nan),
+        "linear model, unseen part": next(iter(errors.values())),
+        "modes": len(found.modal.natural_freq),
+    }
+
+
+def silverbox_box(data: Path) -> dict[str, Any]:
+    """Diagnose the Silverbox as ``silverbox.py`` does; errors on the arrow in mV."""
+    path = data / "silverbox" / "SNLS80mV.csv"
+    volts = np.genfromtxt(path, delimiter=",", skip_header=1, usecols=(0, 1))
+    train = silverbox.multisines(volts)[:: silverbox.EVERY]
+    test = [silverbox.recording(volts, 0, silverbox.ARROW, "arrow")]
+    found = diagnose(Twin.load("one_storey"), train, test, unknown=True)
+    trace = next(t for t in found.traces if t.role == "test")
+    ours = {
+        name: 1e3 * rms(getattr(trace, name) - trace.measured) / silverbox.METRE_A_VOLT
+        for name in ("calibrated", "explained")
+    }
+    return {
+        "verdict": found.verdict,
+        "findings": [
+            {"mechanism": f.mechanism.name, "location": f.location, "probability": f.probability}
+            for f in found.findings
+        ],
+        "error_mV": ours,
+        "published_error_mV": dict(silverbox.PUBLISHED),
+    }
+
+
+def bouc_wen_system(data: Path) -> dict[str, Any]:
+    """Generate and diagnose the Bouc-Wen benchmark."""
+    found = diagnose(bouc_wen.linear_twin(), bouc_wen.training(1), bouc_wen.tests(None, 1))
+    return bouc_wen.result(found)
+
+
+PARTS: dict[str, Callable[[Path], dict[str, Any]]] = {
+    "f16": f16,
+    "robot_arm": robot_arm,
+    "silverbox": silverbox_box,
+    "bouc_wen": bouc_wen_system,
+}
+
+
+def show(console: Console, kept: dict[str, Any]) -> None:
+    """Print one table a part."""
+    for name, part in kept.items():
+        table = Table("", "", title=name, show_header=False)
+        for key, value in part.items():
+            if isinstance(value, float):
+                table.add_row(key, f"{value:.4g}")
+            elif isinstance(value, dict):
+                for inner, number in value.items():
+                    shown = json.dumps(number) if isinstance(number, dict) else f"{number:.3g}"
+                    table.add_row(f"{key}: {inner}", shown)
+            elif isinstance(value, list):
+                table.add_row(key, ", ".join(f"{f['mechanism']} {f['location']}" for f in value))
+            else:
+                table.add_row(key, str(value))
+        console.print(table)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the parts that are wanted and have their data."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("data", type=Path)
+    parser.add_argument("--only", nargs="+", choices=tuple(PARTS), default=tuple(PARTS))
+    parser.add_argument("--json", type=Path, default=RESULTS)
+    chosen = parser.parse_args(arguments)
+    kept: dict[str, Any] = {}
+    if chosen.json.is_file():
+        kept = json.loads(chosen.json.read_text())
+    for name in chosen.only:
+        folder = {"f16": "f16_gvt"}.get(name, name)
+        if name != "bouc_wen" and not (chosen.data / folder).is_dir():
+            print(f"{name}: no folder {chosen.data / folder}, left out")
+            continue
+        begin = time.perf_counter()
+        kept[name] = PARTS[name](chosen.data) | {"seconds": 0.0}
+        kept[name]["seconds"] = round(time.perf_counter() - begin, 1)
+        chosen.json.write_text(json.dumps(kept, indent=1) + "\n")
+    show(Console(), kept)
+
+
+if __name__ == "__main__":
+    main()
