@@ -13,26 +13,31 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from .plans import FINE_HZ, SAMPLING_HZ, Test, waveform
-from .rig import Array, Rig, System, linear_system
+from .rig import Array, Integers, Rig, System, linear_system
 
 Spectrum = NDArray[np.complex128]
 
 HIGHEST_HZ = 100.0
 
 
-def evidence(rig: Rig, system: System, tests: Sequence[Test], fine: bool, noise: float) -> float:
+def evidence(
+    rig: Rig, system: System, tests: Sequence[Test], fine: bool, noise: float,
+    recorded: Sequence[int] | None = None,
+) -> float:  # fmt: skip
     """Return how much likelier the system is than the best frame without it [nats].
 
     Frequency by frequency, running steadily, on training recordings whose outputs carry white
-    noise of that share of their RMS; every mass, stiffness and damping ratio is free.
+    noise of that share of their RMS; every mass, stiffness and damping ratio is free. ``recorded``
+    floors, from 1, have an accelerometer; None for all.
     """
+    columns = np.array(recorded or range(1, rig.storeys + 1)) - 1
     spectra = [_spectrum(test, fine) for test in tests]
     targets, weights = [], []
     for test, (omega, force) in zip(tests, spectra, strict=True):
-        target = _response(system, rig.storeys, test.floor - 1, omega) * force[:, None]
+        target = _response(system, columns, test.floor - 1, omega) * force[:, None]
         scale = noise * np.sqrt(np.sum(np.abs(target) ** 2))
         targets.append(target)
-        weights.append(np.sqrt(test.samples * rig.storeys) / scale)
+        weights.append(np.sqrt(test.samples * len(columns)) / scale)
 
     def frame(change: Array) -> System:
         m, k, z = np.exp(change).reshape(3, -1)
@@ -46,7 +51,7 @@ def evidence(rig: Rig, system: System, tests: Sequence[Test], fine: bool, noise:
         for test, (omega, force), target, weight in zip(
             tests, spectra, targets, weights, strict=True
         ):
-            seen = _response(other, rig.storeys, test.floor - 1, omega) * force[:, None]
+            seen = _response(other, columns, test.floor - 1, omega) * force[:, None]
             parts.append((weight * (seen - target)).ravel().view(float))
         return np.concatenate(parts)
 
@@ -63,13 +68,13 @@ def _spectrum(test: Test, fine: bool) -> tuple[Array, Spectrum]:
     return np.asarray(2 * np.pi * frequency[inside], float), np.fft.rfft(force)[inside]
 
 
-def _response(system: System, floors: int, driven: int, omega: Array) -> Spectrum:
-    """Return the floors' accelerations per force on a floor, (frequencies, floors)."""
+def _response(system: System, floors: Integers, driven: int, omega: Array) -> Spectrum:
+    """Return the accelerations of some floors per force on one, (frequencies, floors)."""
     s = 1j * omega[:, None, None]
     dynamic = s**2 * np.diag(system.mass) + s * system.damping + system.stiffness
     unit = np.zeros((len(omega), len(system.mass), 1))
     unit[:, driven] = 1.0
-    moved = np.linalg.solve(dynamic, unit)[:, :floors, 0]
+    moved = np.linalg.solve(dynamic, unit)[:, floors, 0]
     return np.ascontiguousarray(-(omega[:, None] ** 2) * moved)
 
 

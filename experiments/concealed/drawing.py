@@ -79,7 +79,8 @@ def draw_one(
 def _clear(mechanism: Mechanism, rehearsal: Rehearsal) -> bool:
     rig, chain = rehearsal.rig, rehearsal.chain
     system = build(rig, mechanism)
-    return evidence(rig, system, rehearsal.tests, chain.fine, chain.noise) >= CLEAR_NATS
+    tests, recorded = rehearsal.tests, rehearsal.recorded
+    return evidence(rig, system, tests, chain.fine, chain.noise, recorded) >= CLEAR_NATS
 
 
 def _scaled(rng: np.random.Generator, mechanism: Mechanism, rehearsal: Rehearsal) -> Mechanism:
