@@ -7,8 +7,9 @@ older NumPy than this package: --python is that of an environment of their own (
 pysindy sysidentpy``). Every peer gets the training recordings and is judged on the same test
 recordings as we are; results are kept case by case and a run goes on where the last one stopped.
 
-"says" is what a peer names as missing, mechanism and place: ``pysindy`` gets credit for a term of
-its library that is the mechanism's law; the two others have no such feature.
+"says" is what a peer names, mechanism and place: ``mujoco.sysid`` gets credit for a parameter of
+the model that left its tolerance, ``pysindy`` for a term of its library that is the mechanism's
+law; ``sysidentpy`` has no such feature.
 """
 
 # ruff: noqa: E402  (numpy reads the number of threads when it is imported)
@@ -46,7 +47,7 @@ MODEL = "two_storey_lumped"
 OURS = "twin"
 PEERS = ("mujoco.sysid", "pysindy", "sysidentpy")
 FEATURE = {
-    "mujoco.sysid": "none: it fits the parameters that the model has",
+    "mujoco.sysid": "none for what the model lacks; parameters it has, that left their tolerance",
     "pysindy": "terms of a library that the user writes, at the states that it is given",
     "sysidentpy": "none: regressors on lagged signals, no places",
 }
