@@ -137,7 +137,7 @@ def shortened(recording: Recording, seconds: float) -> Recording:
 
 def one(number: int, start: str, folder: Path, seconds: float, most: int) -> dict[str, Any]:
     """Calibrate one rig both ways, ours before and after theirs; times are the processor's."""
-    generate(number, SEED, folder, folder / "sealed", nothing=True)
+    generate(number, SEED, folder, folder / "sealed", table="none")
     truth = json.loads((folder / "sealed" / f"none_{number:04d}.json").read_text())
     rig = Rig.from_json(truth["rig"])
     files = sorted((folder / f"none_{number:04d}").glob("*.csv"))

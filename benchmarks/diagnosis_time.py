@@ -111,7 +111,7 @@ def diagnosed(model: str, folder: Path) -> dict[str, Any]:
 def concealed(number: int, folder: Path) -> dict[str, Any]:
     """Diagnose one concealed case, and open its seal only then."""
     generate(number, SEED, folder / "recordings", folder / "sealed")
-    name = case_name(number, nothing=False)
+    name = case_name(number, "single")
     row = diagnosed("two_storey_lumped", folder / "recordings" / name)
     truth = json.loads((folder / "sealed" / f"{name}.json").read_text())
     return {"truth": f"{truth['mechanism']} {truth['location']}", **row}

@@ -49,7 +49,7 @@ def test_the_prior_is_the_tolerance_as_a_share_of_what_is_there():
 def test_a_parameter_that_is_found_has_no_prior_but_what_its_mechanism_knows():
     found = base_hypothesis(TWO).including(
         ALL["bumper"]("storey1", 2000.0, -0.004),
-        ALL["hysteresis"]("storey2", 300.0, 0.5, 2.0, 300.0, 600.0),
+        ALL["hysteresis"]("storey2", 300.0, 0.5, 2.0, 300.0, 0.5, 600.0),
     )
     mine = {(u.index, u.name): u for u in found.unknowns()}
     first = len(found.base)

@@ -30,7 +30,7 @@ FLOW = REAL(REAL, REAL, REAL, NUMBERS)
 
 
 def _compiled(function: Any, arguments: str, count: int, fallback: str, signature: Any) -> Any:
-    """Return the function compiled as a pointer, its numbers in one array, so that all have one type."""
+    """Return a pointer to the compiled function; numbers in one array give all one type."""
     if function is None:
         line, names = fallback, {}
     else:
@@ -74,8 +74,8 @@ def stepper(laws: tuple[type[Law], ...], counts: tuple[int, ...]) -> Callable[..
 
 @numba.njit(nogil=True, cache=True)
 def step_through(  # type: ignore[no-untyped-def]
-    forces, flows, A, B0, B1, E0, E1, C, D, F, drift, rate, Kf, Kw, u, smooth, y, start, limits, numbers,
-    memory, begin_s, steps, step_s, innovations, states, memories,
+    forces, flows, A, B0, B1, E0, E1, C, D, F, drift, rate, Kf, Kw, u, smooth, y, start, limits,
+    numbers, memory, begin_s, steps, step_s, innovations, states, memories,
 ):  # fmt: skip
     """Fill innovations, states and memories of one trial, all variants."""
     count = F.shape[2]
@@ -175,7 +175,6 @@ def step_through(  # type: ignore[no-untyped-def]
                     f[j] = g[j]
                 for i in range(n):
                     x[i] = later[i]
-
 
 
 def numbers_of(variants: list[tuple[Law, ...]]) -> Any:

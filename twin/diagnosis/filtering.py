@@ -188,10 +188,10 @@ def effect_of_start(plant: Sampled, gains: Gain, samples: int) -> Array:
     n, m = len(F), len(C)
     poles, V = np.linalg.eig(F)
     if not np.linalg.cond(V) < 1e10:
-        powers = [np.eye(n)]
+        steps = [np.eye(n)]
         for _ in range(samples - 1):
-            powers.append(F @ powers[-1])
-        return -np.moveaxis(C @ np.array(powers), 2, 0)
+            steps.append(F @ steps[-1])
+        return -np.moveaxis(C @ np.array(steps), 2, 0)
     keep = np.flatnonzero(poles.imag >= 0)
     weight = np.where(poles.imag[keep] > 0, 2.0, 1.0)
     parts = np.einsum("op,pn->pno", C @ V[:, keep] * weight, np.linalg.inv(V)[keep])

@@ -12,7 +12,8 @@ from twin.diagnosis.fitting import Fit
 from twin.diagnosis.predict import strength_of
 from twin.diagnosis.refining import refined
 from twin.diagnosis.result import Finding, NextExperiment, Verdict
-from twin.diagnosis.search import TIE, Found
+from twin.diagnosis.search import Found
+from twin.diagnosis.stage import TIE
 from twin.model_files import shipped_names
 from twin.physics.mechanism import Disturbance
 

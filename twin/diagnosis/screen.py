@@ -18,12 +18,16 @@ from twin.diagnosis.base import surroundings
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.filtering import Gain
 from twin.diagnosis.fitting import fit, gains_of, log_likelihood
-from twin.diagnosis.refining import with_disturbances
+from twin.diagnosis.refining import with_disturbances, with_slack
 from twin.diagnosis.regression import Regression
 from twin.diagnosis.scene import Candidate, Scene
 from twin.physics.mechanism import ChannelFault, Disturbance, Law, Mechanism
 
 Array = NDArray[np.float64]
+
+FORGETFUL = 0.03
+"""Slack at which a filter forgets within some periods: then a resonance may be off in frequency by
+more than a record resolves, and its fit still finds the way."""
 
 
 def screen(scene: Scene, without: Sequence[tuple[str, str]] = ()) -> list[Candidate]:
@@ -63,9 +67,21 @@ def _possible(cls: type[Mechanism], place: str, bench: Bench) -> bool:
 
 def _fitted(scene: Scene, starts: Sequence[Mechanism]) -> Candidate:
     """Fit a linear mechanism from the best of its starts, in a few steps."""
-    bench, fit0 = scene.bench, scene.fit
     if isinstance(starts[0], ChannelFault) and starts[0].limit() is not None:
         return _clipped(scene, starts)
+    candidates = [Candidate(starts[0], -np.inf)]
+    for value, start in _ranked(scene, starts)[: starts[0].valleys]:
+        candidates.append(_followed(scene, start, value, scene.fit.slack))
+    if starts[0].valleys > 1 and scene.fit.slack < FORGETFUL:
+        # a filter that forgets likes none of them as they stand: in their own order, then
+        for start in starts[: starts[0].valleys]:
+            candidates.append(_followed(scene, start, -np.inf, FORGETFUL))
+    return max(candidates, key=lambda c: c.gain)
+
+
+def _ranked(scene: Scene, starts: Sequence[Mechanism]) -> list[tuple[float, Mechanism]]:
+    """Return log likelihoods and first guesses as they stand, the likeliest first."""
+    bench, fit0 = scene.bench, scene.fit
     ranked = []
     for start in starts:
         hypothesis = fit0.hypothesis.including(start)
@@ -76,23 +92,21 @@ def _fitted(scene: Scene, starts: Sequence[Mechanism]) -> Candidate:
         except np.linalg.LinAlgError:
             continue
         ranked.append((log_likelihood([row[0] for row in rows]), start))
-    ranked.sort(key=lambda pair: -pair[0])
-    candidates = [Candidate(starts[0], -np.inf)]
-    for value, start in ranked[: starts[0].valleys]:
-        candidates.append(_followed(scene, start, value))
-    return max(candidates, key=lambda c: c.gain)
+    return sorted(ranked, key=lambda pair: -pair[0])
 
 
-def _followed(scene: Scene, start: Mechanism, value: float) -> Candidate:
+def _followed(scene: Scene, start: Mechanism, value: float, slack: float) -> Candidate:
     """Follow one first guess for a few steps."""
     bench, fit0 = scene.bench, scene.fit
     promised = Candidate(start, value - fit0.log_likelihood)
     if not start.parameters:
         return promised
     try:
-        found = fit(bench, fit0.hypothesis.including(start), fit0.slack, fit0.starts, iterations=3)
+        found = fit(bench, fit0.hypothesis.including(start), slack, fit0.starts, iterations=3)
     except np.linalg.LinAlgError:
         return promised
+    if slack != fit0.slack:
+        found = with_slack(bench, found)
     if isinstance(start, Disturbance):
         found = with_disturbances(bench, found)
     rest = replace(found.hypothesis, found=found.hypothesis.found[:-1])
@@ -106,6 +120,8 @@ def _clipped(scene: Scene, starts: Sequence[Mechanism]) -> Candidate:
     best = Candidate(starts[0], -np.inf)
     for start in starts:
         assert isinstance(start, ChannelFault)
+        if start.place not in bench.trials[0].outputs:
+            continue  # what an input lost cannot be undone, and it is not predicted
         level = start.limit() or np.inf
         row = bench.trials[0].outputs.index(start.place)
         cut = []

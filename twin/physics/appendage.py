@@ -75,7 +75,7 @@ class Appendage(StructuralChange):
 
     @classmethod
     def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:
-        """Return light ones, tuned to and between the frame's frequencies."""
+        """Return light ones: what stands out first, then at and between the frame's modes."""
         own = np.sort(np.asarray(around.natural_frequencies, float))
         between = np.sqrt(own[1:] * own[:-1])
         tuned = np.concatenate([around.peaks, own[:4], between[:3]]) if len(own) else np.ones(1)

@@ -27,6 +27,7 @@ def law(
     yield_force: Any,
     sharpness: Any,
     replaced: Any,
+    shape: Any,
     storey: Any,
 ) -> Any:
     """Return z - replaced d [N]."""
@@ -41,35 +42,39 @@ def flow(
     yield_force: Any,
     sharpness: Any,
     replaced: Any,
+    shape: Any,
     storey: Any,
 ) -> Any:
     """Return z after the drift went from ``before`` to ``after``, by midpoint steps."""
     step = (after - before) / SUBSTEPS
-    z = np.minimum(np.maximum(memory, -yield_force), yield_force)
+    limit = yield_force * np.maximum(0.5 + shape, 1e-9) ** (-1.0 / sharpness)
+    z = np.minimum(np.maximum(memory, -limit), limit)
     for _ in range(SUBSTEPS):
-        loading = 0.5 + 0.5 * np.sign(step * z)
+        loading = shape + 0.5 * np.sign(step * z)
         slope = 1.0 - np.abs(z / yield_force) ** sharpness * loading
         middle = z + 0.5 * step * stiffness * slope
-        middle = np.minimum(np.maximum(middle, -yield_force), yield_force)
-        loading = 0.5 + 0.5 * np.sign(step * middle)
+        middle = np.minimum(np.maximum(middle, -limit), limit)
+        loading = shape + 0.5 * np.sign(step * middle)
         slope = 1.0 - np.abs(middle / yield_force) ** sharpness * loading
         z = z + step * stiffness * slope
-        z = np.minimum(np.maximum(z, -yield_force), yield_force)
+        z = np.minimum(np.maximum(z, -limit), limit)
     return z
 
 
 @dataclass(frozen=True)
 class Hysteresis(Law):
-    """f = z - replaced d, with z' = stiffness v (1 - |z/yield_force|^sharpness (1 + sign(v z))/2).
+    """f = z - replaced d, z' = stiffness v (1 - |z/yield_force|^sharpness (shape + sign(v z)/2)).
 
-    The memory is z [N]. It loads along a curve that is the rounder the less the sharpness, and
-    unloads along a straight line; a great sharpness makes it an ideal elasto-plastic slider. With
-    ``replaced`` = ``stiffness`` the storey's own stiffness slips.
+    The memory is z [N]. It loads along a curve that is the rounder the less the sharpness; with
+    the usual shape of 1/2 it unloads along a straight line, and a great sharpness makes it an ideal
+    elasto-plastic slider. Its plateau is yield_force (1/2 + shape)^(-1/sharpness); a shape of -1/2
+    or less has none and stiffens. With ``replaced`` = ``stiffness`` the storey's own stiffness
+    slips.
 
     Attributes:
         storey_stiffness: of the storey [N/m], for what is plausible; not fitted.
 
-    Source: Bouc 1967, Wen 1976 (beta = gamma = 1/2); a slider, Jenkins 1962.
+    Source: Bouc 1967, Wen 1976 (in whose letters shape = delta / (2 gamma)); a slider, Jenkins 1962.
     """
 
     name: ClassVar[str] = "hysteresis"
@@ -80,6 +85,7 @@ class Hysteresis(Law):
         "yield_force": Parameter("N", "at which it slips", "log"),
         "sharpness": Parameter("1", "of the bend from one to the other", "log"),
         "replaced": Parameter("N/m", "of the storey's own stiffness that slips"),
+        "shape": Parameter("1", "of the loop: 1/2 unloads straight, less rounder, -1/2 stiffens"),
     }
     reference: ClassVar[str] = "Bouc 1967; Wen 1976; Jenkins 1962"
     mjcf: ClassVar[str] = (
@@ -94,6 +100,7 @@ class Hysteresis(Law):
     yield_force: float = 1.0
     sharpness: float = 2.0
     replaced: float = 0.0
+    shape: float = 0.5
     storey_stiffness: float = 1e3
 
     def scaled(self, factor: float) -> Self:
@@ -106,24 +113,32 @@ class Hysteresis(Law):
 
     def priors(self) -> dict[str, tuple[float, float]]:
         """It is a part of the storey that slips: a joint much stiffer than that is friction."""
-        return {"stiffness": (float(np.log(0.4 * self.storey_stiffness)), 0.7)}
+        return {
+            "stiffness": (float(np.log(0.4 * self.storey_stiffness)), 0.7),
+            "shape": (0.5, 0.5),
+        }
 
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Add elasto-plastic tendons along the drift, and one that takes stiffness away."""
-        if self.stiffness:
-            sliders = as_sliders(self.stiffness, self.yield_force, self.sharpness)
+        straight = 0.0
+        if self.stiffness and self.shape <= -0.5:
+            straight = self.stiffness  # without a plateau nothing slips as far as MJCF can hold
+        elif self.stiffness:
+            plateau = self.yield_force * (0.5 + self.shape) ** (-1 / self.sharpness)
+            sliders = as_sliders(self.stiffness, plateau, self.sharpness)
             for number, (stiffness, yield_force) in enumerate(sliders, start=1):
                 slider = add_drift_tendon(spec, self.place, f"{self.name}_{number}")
                 slider.stiffness = [stiffness, 0.0, 0.0]
                 slider.springyield = yield_force / stiffness  # as a drift
         less = add_drift_tendon(spec, self.place, self.name)
-        less.stiffness = [-self.replaced, 0.0, 0.0]
+        less.stiffness = [straight - self.replaced, 0.0, 0.0]
 
     @classmethod
     def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:
         """Return joints that carry some or most of the storey and slip at small to large drifts."""
         return tuple(
-            cls(place, k, k * part * rms(around.drift), 2.0, k, around.stiffness)
+            cls(place, k, k * part * rms(around.drift), n, k, shape, around.stiffness)
             for k in (0.15 * around.stiffness, 0.6 * around.stiffness)
             for part in (0.15, 0.4, 0.8, 1.5)
+            for n, shape in ((2.0, 0.5), (1.0, -0.5))
         )

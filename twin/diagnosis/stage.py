@@ -1,0 +1,132 @@
+"""One round of the search: locate, screen, and fit the most promising candidates in full."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from twin.diagnosis.bench import Bench
+from twin.diagnosis.fitting import Fit
+from twin.diagnosis.locating import locate
+from twin.diagnosis.motion import motion_of
+from twin.diagnosis.refining import refined, with_slack
+from twin.diagnosis.scene import Candidate, Scene
+from twin.diagnosis.screen import screen
+from twin.physics.mechanism import Disturbance, Mechanism
+
+DECISIVE = 30.0
+"""Drop of the BIC that a mechanism must bring: odds of e^15, less the forty-odd pairs of mechanism
+and place that were looked at, less what noise that is not quite white takes."""
+
+TIE = 6.0
+"""Difference of the BIC below which two explanations tie: odds of 20."""
+
+FURTHER_SAMPLE = 0.01
+"""What a further mechanism must bring besides: a drop of the BIC of this much a sample."""
+
+REFINED = 4
+"""Candidates that are fitted in full at each stage, at most, besides one unmeasured force."""
+
+WORTH = 0.1
+"""Candidates that promise less than this share of the best one's gain are not fitted in full."""
+
+RIVAL = 0.5
+"""Once one fit leaves nothing for its filter to follow, only those are fitted that promise this
+share of what it promised."""
+
+LITTLE = 1e-3
+"""Slack up to which a filter trusts its model as it stands."""
+
+NARROW_HZ = 0.5
+"""An unmeasured force that is found beside something else must have a narrower band than this: a
+broad one is only what the first finding's model leaves over."""
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One round of the search.
+
+    Attributes:
+        before: the fit that it started from.
+        where: gain in log likelihood of a latent force at each place.
+        candidates: all that were screened, the most promising first.
+        fits: those that were fitted in full, the best first.
+    """
+
+    before: Fit
+    where: Mapping[str, float]
+    candidates: tuple[Candidate, ...]
+    fits: tuple[Fit, ...]
+
+
+def next_stage(
+    bench: Bench, current: Fit, heights: Mapping[str, float], tell: Callable[[str], None]
+) -> Stage:
+    """Return what one more mechanism would explain on top of a fit.
+
+    Raises:
+        numpy.linalg.LinAlgError: no filter follows the motion of what was found.
+    """
+    moved, known, plain = motion_of(bench, current)
+    plain = with_slack(known, plain)
+    scene = Scene(known, plain, tuple(moved), heights)
+    where = locate(scene)
+    if current.hypothesis.found and explained(current, where, bench):
+        return Stage(current, where, (), ())
+    candidates = screen(scene, without=current.hypothesis.labels)
+    fits: list[Fit] = []
+    enough = 0.0
+    for candidate in _promising(candidates):
+        if not isinstance(candidate.mechanism, Disturbance) and candidate.gain < enough:
+            continue
+        tell(f"fitting {candidate.label[0]} at {candidate.label[1]}")
+        found = fitted(bench, current, candidate)
+        if found is not None:
+            fits.append(found)
+            if found.slack <= LITTLE < current.slack:
+                enough = max(enough, RIVAL * candidate.gain)
+    fits.sort(key=lambda f: f.bic)
+    if fits:
+        # in a tie the simplest is named first, a changed part before missing physics
+        tied = [f for f in fits if f.bic < fits[0].bic + TIE]
+        first = min(tied, key=lambda f: (f.free, f.hypothesis.found[-1].verdict != "parameter"))
+        fits.remove(first)
+        fits.insert(0, first)
+    return Stage(current, where, tuple(candidates), tuple(fits))
+
+
+def explained(current: Fit, where: Mapping[str, float], bench: Bench) -> bool:
+    """Return whether neither the filter nor a latent force anywhere finds anything left."""
+    return current.slack <= LITTLE and max(where.values()) < FURTHER_SAMPLE * bench.samples / 2
+
+
+def _promising(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Return the candidates that are worth fitting in full, the most promising first."""
+    worth = [c for c in candidates if c.gain > DECISIVE / 4]
+    random = [c for c in worth if isinstance(c.mechanism, Disturbance)][:1]
+    others = [c for c in worth if not isinstance(c.mechanism, Disturbance)][:REFINED]
+    others = [c for c in others if c.gain > WORTH * others[0].gain]
+    return others + random
+
+
+def fitted(bench: Bench, current: Fit, candidate: Candidate) -> Fit | None:
+    """Fit a candidate on top of what was found, all parameters free."""
+    as_it_was = current.hypothesis
+    starts = [as_it_was.including(candidate.mechanism)]
+    if candidate.hypothesis is not None:
+        # laws of earlier stages were known forces in the screening: keep their values
+        along = replace(as_it_was, base=candidate.hypothesis.base)
+        starts.append(along.including(candidate.mechanism))
+    level = replace(as_it_was, base=tuple(m.with_values({"change": 0.0}) for m in as_it_was.base))
+    starts.append(level.including(candidate.mechanism))
+    try:
+        return refined(bench, starts, current.slack, current.starts)
+    except np.linalg.LinAlgError:
+        return None
+
+
+def is_narrow(mechanism: Mechanism) -> bool:
+    """Return whether a mechanism is no disturbance, or one in a narrow band."""
+    return not isinstance(mechanism, Disturbance) or mechanism.oscillator()[1] < NARROW_HZ

@@ -1,0 +1,118 @@
+"""A law without a name: whether what is missing is outside the vocabulary."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
+
+import numpy as np
+
+from twin.diagnosis.base import surroundings
+from twin.diagnosis.bench import Bench
+from twin.diagnosis.fitting import Fit
+from twin.diagnosis.motion import motion_of
+from twin.diagnosis.predict import ahead, from_rest, noise_floors, nrmse
+from twin.diagnosis.refining import refined
+from twin.diagnosis.scene import Candidate, Scene
+from twin.diagnosis.stage import DECISIVE, LITTLE, Stage, explained, fitted, is_narrow
+from twin.physics.mechanism import Disturbance
+from twin.physics.restoring_force import RestoringForce
+
+FORESEES = 0.7
+"""A law must take the error two seconds ahead down to this share of a random force's."""
+
+MOTION = ("missing_physics", "parameter")
+"""Verdicts of what acts on the motion: a faulty channel does not."""
+
+POOR = 3.0
+POOR_SHARE = 0.3
+"""An explanation that misses two seconds ahead by this many times what noise alone would do, and by
+this share of what the twin without it misses, is none."""
+
+UNNAMED = 200.0
+UNNAMED_SHARE = 0.02
+"""What a law without a name must bring beyond the best that has one, and as a share of what that
+one explains: it is flexible enough to take up a named law's small inexactness."""
+
+
+def unnamed_law(
+    bench: Bench,
+    nothing: Fit,
+    best: Fit,
+    stages: Sequence[Stage],
+    heights: Mapping[str, float],
+    tell: Callable[[str], None],
+) -> tuple[Fit, Fit | None]:
+    """Return the best fit with names, and that of a law without one where it beats it by far.
+
+    It is tried where a latent force enters best, and only when the best explanation leaves its
+    filter something to follow.
+    """
+    if not best.hypothesis.found:
+        return best, None
+    last = stages[-1]
+    broad = not is_narrow(best.hypothesis.found[0])
+    done = last.before is best and explained(best, last.where, bench)
+    poor = is_poor(bench, nothing, best)
+    if not poor and ((done and not broad) or not _about_motion(best)):
+        return best, None
+    moved, known, plain = motion_of(bench, nothing)
+    scene = Scene(known, plain, tuple(moved), heights)
+    motion = scene.motion()
+    storeys = [p for p in stages[0].where if p.startswith("storey")]
+    storeys.sort(key=lambda p: -stages[0].where[p])
+    found = []
+    for place in storeys[:2]:
+        tell(f"fitting a law without a name at {place}")
+        (start,) = RestoringForce.starts(place, surroundings(bench, motion, heights, place))
+        law = fitted(bench, nothing, Candidate(start, 0.0))
+        if law is not None:
+            found.append(law)
+    if not found:
+        return best, None
+    unnamed = min(found, key=lambda f: f.bic)
+    if unnamed.bic < best.bic:
+        # the flexible law may have found the way that the named one missed
+        along = replace(best.hypothesis, base=unnamed.hypothesis.base)
+        with suppress(np.linalg.LinAlgError):
+            again = refined(bench, [along], unnamed.slack, unnamed.starts)
+            best = min(best, again, key=lambda f: f.bic)
+    if broad and foresees_off(bench, unnamed) < FORESEES * foresees_off(bench, best):
+        return best, unnamed  # a force that follows the motion is a law, however well noise fits
+    if poor and unnamed.bic < nothing.bic - DECISIVE:
+        return best, unnamed
+    needed = max(UNNAMED, UNNAMED_SHARE * (nothing.bic - best.bic))
+    return best, unnamed if unnamed.bic < best.bic - needed else None
+
+
+def runs_off(bench: Bench, found: Fit) -> float:
+    """Return the error of the free run over the training recordings."""
+    value = nrmse(bench.trials, from_rest(bench, found.hypothesis, found.slack))
+    return value if np.isfinite(value) else np.inf
+
+
+def foresees_off(bench: Bench, found: Fit) -> float:
+    """Return the error two seconds ahead on the training recordings."""
+    value = nrmse(bench.trials, ahead(bench, found.hypothesis, found.slack, found.starts))
+    return value if np.isfinite(value) else np.inf
+
+
+def is_poor(bench: Bench, nothing: Fit, best: Fit) -> bool:
+    """Return whether the best explanation leaves most of what there is to explain.
+
+    Unmeasured forces cannot be foreseen: for them the filter's own slack tells.
+    """
+    if all(m.verdict not in MOTION for m in best.hypothesis.found):
+        return False
+    if all(isinstance(m, Disturbance) for m in best.hypothesis.found):
+        return best.slack > LITTLE
+    missed = foresees_off(bench, best)
+    if missed < POOR_SHARE * foresees_off(bench, nothing):
+        return False
+    return missed > POOR * noise_floors(bench, best.hypothesis, best.slack, seed=0)[1]
+
+
+def _about_motion(best: Fit) -> bool:
+    """Return whether the explanation is one of forces: a faulty channel is no law of motion."""
+    return all(m.verdict in MOTION for m in best.hypothesis.found)
