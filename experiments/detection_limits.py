@@ -40,6 +40,8 @@ from twin.formats import write_recording  # noqa: E402
 
 SEED = 5
 MULTIPLES = (0.7, 1.0, 1.4, 2.0, 2.8)
+"""Severities over the theoretical limit; the ends are tried in the first condition only."""
+
 CONDITIONS = ((0.005, 1.0), (0.015, 1.0), (0.005, 1 / 3))
 """Noise as a share of RMS, length of the recordings as a share of the campaign's 24 to 30 s."""
 
@@ -108,8 +110,12 @@ def main() -> None:
 
 def tasks() -> list[Task]:
     """Return all cases, in an order that is of use wherever it is cut off."""
-    every = product(range(1, ROUNDS + 1), CONDITIONS, MULTIPLES, PAIRS)
-    return [Task(pair, by, noise, length, turn) for turn, (noise, length), by, pair in every]
+    return [
+        Task(pair, by, noise, length, turn)
+        for turn, (noise, length) in product(range(1, ROUNDS + 1), CONDITIONS)
+        for by in (MULTIPLES if (noise, length) == CONDITIONS[0] else MULTIPLES[1:-1])
+        for pair in PAIRS
+    ]
 
 
 def curve_tasks() -> list[CurveTask]:

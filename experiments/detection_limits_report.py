@@ -22,7 +22,7 @@ from experiments.detection_limits_theory import (
 Rows = Sequence[dict[str, Any]]
 
 COMMAND = "python experiments/detection_limits.py FOLDER --budget 35"
-FEWEST = 4
+FEWEST = 3
 """A group of fewer cases gets no number of its own."""
 
 FACTOR = 2.0
@@ -148,7 +148,9 @@ def _of_conditions(rows: Rows, parts: dict[str, Found]) -> dict[str, Any]:
             one = parts.get(f"{pair.title} {condition}")
             cells.append(f"{_ratio(one)} ({one.found} of {one.of})" if one else "-")
         table.append([pair.title, *cells])
-    title = "Severity found in 90 % over the limit of the same condition (cases found)"
+    title = (
+        "Severity found in 90 % over the limit of the same condition, 95 % interval (cases found)"
+    )
     return {"title": title, "columns": ["Effect", *_conditions(rows)], "rows": table}
 
 
@@ -156,7 +158,7 @@ def _ratio(one: Found) -> str:
     """Return the ratio of a group, or why there is none."""
     if one.of < FEWEST:
         return "too few"
-    return f"{one.ratio:.2f}" if one.found else "above"
+    return f"{one.ratio:.2f}, {one.low:.2f} to {one.high:.2f}"
 
 
 def _of_multiples(rows: Rows, multiples: Sequence[float]) -> dict[str, Any]:
