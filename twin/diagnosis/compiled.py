@@ -16,7 +16,7 @@ import numpy as np
 
 from twin.physics.mechanism import Law
 
-MOST_NUMBERS = 20
+MOST_NUMBERS = 24
 """Fields that a law may have."""
 
 

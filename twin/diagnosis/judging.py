@@ -6,7 +6,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from twin.diagnosis.advise import instead, next_experiment
+from twin.diagnosis.base import storey_values
+from twin.diagnosis.bench import Bench
 from twin.diagnosis.evidence import probabilities, probability_over
 from twin.diagnosis.fitting import Fit
 from twin.diagnosis.predict import strength_of
@@ -16,6 +20,10 @@ from twin.diagnosis.search import Found
 from twin.diagnosis.stage import TIE
 from twin.model_files import shipped_names
 from twin.physics.mechanism import Disturbance
+from twin.physics.stiffness import Stiffness
+
+BESIDES = 0.03
+"""Share of a storey's stiffness beyond which a difference of it is a finding of its own."""
 
 SURE = 0.95
 """Probability from which an explanation needs no further experiment."""
@@ -49,7 +57,31 @@ def findings_of(found: Found) -> tuple[tuple[Finding, ...], tuple[Finding, ...]]
                 alternatives.append(Finding(mechanism, _std(other, at), chance, delta))
     out.sort(key=lambda pair: -pair[0])
     alternatives.sort(key=lambda f: -f.probability)
-    return tuple(f for _, f in out), tuple(alternatives)
+    parts = [part for _, f in out for part in _parted(f, found.bench)]
+    return tuple(parts), tuple(alternatives)
+
+
+def _parted(finding: Finding, bench: Bench) -> list[Finding]:
+    """Return a joint that takes more or less stiffness than it gives back, and the difference.
+
+    A part of the storey that has play or slips replaces its own stiffness, a brace that was added
+    replaces none; between and beyond, the storey's stiffness has changed besides.
+    """
+    joint = finding.mechanism
+    values = joint.values
+    if "replaced" not in values or not joint.place.startswith("storey"):
+        return [finding]
+    change = values["stiffness"] - values["replaced"]
+    least = BESIDES * storey_values(bench.model, bench.model.K)[joint.place]
+    if abs(change) < least or abs(values["replaced"]) < least:
+        return [finding]
+    std = dict(finding.std)
+    spread = float(np.hypot(std.pop("replaced", 0.0), std.get("stiffness", 0.0)))
+    own = joint.with_values({"replaced": values["stiffness"]})
+    return [
+        replace(finding, mechanism=own, std=std | {"replaced": std.get("stiffness", 0.0)}),
+        replace(finding, mechanism=Stiffness(joint.place, change), std={"change": spread}),
+    ]
 
 
 def _explained(found: Found, number: int) -> float:

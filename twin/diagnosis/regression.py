@@ -16,7 +16,8 @@ from twin.diagnosis.fitting import STEP, covariances
 from twin.diagnosis.motion import at_place, force_histories
 from twin.diagnosis.plant import build, sampled
 from twin.diagnosis.scene import Candidate, Scene
-from twin.physics.mechanism import Law
+from twin.physics.mechanism import Law, Mechanism, StructuralChange
+from twin.physics.quadratic_drag import QuadraticDrag
 
 Array = NDArray[np.float64]
 
@@ -67,13 +68,28 @@ class Regression:
     def best(self, starts: Sequence[Law]) -> Candidate:
         """Return the start that explains most, at its best strength."""
         scene = self.scene
+        motions = [at_place(scene.bench.model, state, starts[0].place) for state in scene.moved]
+        return self._strongest(starts, force_histories(starts, motions, scene.bench.step_s))
+
+    def slight(self, starts: Sequence[StructuralChange]) -> Candidate:
+        """Return the slight change that explains most, at the strength it would have."""
+        scene = self.scene
+        step_s = scene.bench.step_s
+        histories = []
+        for state in scene.moved:
+            _, rate = at_place(scene.bench.model, state, starts[0].place)
+            histories.append(np.array([start.reaction(rate, step_s) for start in starts]))
+        return self._strongest(starts, histories)
+
+    def _strongest(self, starts: Sequence[Mechanism], histories: Sequence[Array]) -> Candidate:
+        """Regress on the effects of force histories, one (starts, samples) a trial."""
+        scene = self.scene
         bench, fit0 = scene.bench, scene.fit
-        law = starts[0]
+        first = starts[0]
+        entry = first if isinstance(first, Law) else QuadraticDrag(first.place)
         parts = []
-        motions = [at_place(bench.model, state, law.place) for state in scene.moved]
-        histories = force_histories(starts, motions, bench.step_s)
         for i, trial in enumerate(bench.trials):
-            found = fit0.hypothesis.including(law).mechanisms
+            found = fit0.hypothesis.including(entry).mechanisms
             whole = build(trial.base(bench.model), found, trial.inputs, trial.outputs)
             plant = sampled(whole, bench.step_s, bench.between == "held")
             effects = [effect_of_force(plant, fit0.gains[i], 0, f) for f in histories[i]]
@@ -87,7 +103,7 @@ class Regression:
         # e - (-X) a: the effect of strength a is a X, so the best a is -inner / power
         strength = -inner / power
         explained = inner**2 / power
-        if (law.parameters[next(iter(law.parameters))]).scale == "log":
+        if (first.parameters[next(iter(first.parameters))]).scale == "log":
             explained = np.where(strength > 0, explained, 0.0)
         winner = int(np.argmax(explained))
         if explained[winner] <= 0:

@@ -21,7 +21,14 @@ from twin.diagnosis.fitting import fit, gains_of, log_likelihood
 from twin.diagnosis.refining import with_disturbances, with_slack
 from twin.diagnosis.regression import Regression
 from twin.diagnosis.scene import Candidate, Scene
-from twin.physics.mechanism import ChannelFault, Disturbance, Law, Mechanism
+from twin.physics.mechanism import (
+    ChannelFault,
+    Disturbance,
+    Law,
+    Mechanism,
+    StructuralChange,
+    Surroundings,
+)
 
 Array = NDArray[np.float64]
 
@@ -44,13 +51,15 @@ def screen(scene: Scene, without: Sequence[tuple[str, str]] = ()) -> list[Candid
         for place in physics.places(cls, floors, channels):
             if (name, place) in without or not _possible(cls, place, bench):
                 continue
-            starts = cls.starts(place, surroundings(bench, motion, scene.heights, place, peaks))
+            around = surroundings(bench, motion, scene.heights, place, peaks)
+            starts = [s for s in cls.starts(place, around) if not _lost(s, bench)]
             if not starts:
                 continue
             if issubclass(cls, Law):
                 out.append(regression.best([s for s in starts if isinstance(s, Law)]))
             else:
-                out.append(_fitted(scene, starts))
+                slight = _slight(regression, cls, place, around)
+                out.append(_fitted(scene, (*slight, *starts)))
     return sorted((c for c in out if np.isfinite(c.gain)), key=lambda c: -c.gain)
 
 
@@ -63,6 +72,23 @@ def _possible(cls: type[Mechanism], place: str, bench: Bench) -> bool:
     if cls.generic:
         return False
     return not (cls.name == "base_compliance" and "ground" in bench.model.coordinates)
+
+
+def _slight(
+    regression: Regression, cls: type[Mechanism], place: str, around: Surroundings
+) -> tuple[Mechanism, ...]:
+    """Return the best of a grid of slight changes, at the strength that it would have."""
+    if not issubclass(cls, StructuralChange) or not (grid := cls.light(place, around)):
+        return ()
+    best = regression.slight(grid)
+    return (best.mechanism,) if best.gain > 0 else ()
+
+
+def _lost(start: Mechanism, bench: Bench) -> bool:
+    """Return whether a fault loses what an input was: that is neither undone nor predicted."""
+    if not isinstance(start, ChannelFault) or start.place in bench.trials[0].outputs:
+        return False
+    return start.limit() is not None or start.filter_hz() is not None
 
 
 def _fitted(scene: Scene, starts: Sequence[Mechanism]) -> Candidate:
@@ -120,8 +146,6 @@ def _clipped(scene: Scene, starts: Sequence[Mechanism]) -> Candidate:
     best = Candidate(starts[0], -np.inf)
     for start in starts:
         assert isinstance(start, ChannelFault)
-        if start.place not in bench.trials[0].outputs:
-            continue  # what an input lost cannot be undone, and it is not predicted
         level = start.limit() or np.inf
         row = bench.trials[0].outputs.index(start.place)
         cut = []

@@ -22,7 +22,8 @@ from twin.diagnosis.stage import (
     is_narrow,
     next_stage,
 )
-from twin.diagnosis.unnamed import is_poor, runs_off, unnamed_law
+from twin.diagnosis.unnamed import FORESEES, foresees_off, is_poor, runs_off, unnamed_law
+from twin.physics.mechanism import Disturbance
 
 RUNS_LESS = 0.75
 """Several parameters win over one mechanism, too, where the free run's error falls to this."""
@@ -30,13 +31,16 @@ RUNS_LESS = 0.75
 STACKED = 2
 """When so many mechanisms together explain poorly, a further one will not help."""
 
+OTHERWISE = 0.3
+"""Share of an unmeasured force's drop of the BIC that another first mechanism must bring."""
+
 HALF = 0.5
 """What runs better must also explain this share of the best fit's drop of the BIC."""
 
 LENIENT = 1.2
 """All parameters free at once may run so much worse than the selection that is made of them."""
 
-FURTHER_SHARE = 0.01
+FURTHER_SHARE = 0.006
 """What a further mechanism must bring besides, as a share of all that was explained before. No
 model of what was found first is exact: its own errors (the filters' phases, the integrator's
 corners) must not be explained by more physics."""
@@ -76,35 +80,77 @@ def search(
     tell("calibrating")
     nothing = refined(bench, [base], 3e-3)
     bench, nothing = with_noise(*with_between(bench, nothing))
-    current = nothing
-    stages: list[Stage] = []
-    for number in range(most):
-        tell("locating" if number == 0 else "looking for a further mechanism")
-        if number >= STACKED and is_poor(bench, nothing, current):
+    tell("locating")
+    stage = next_stage(bench, nothing, heights, tell)
+    many = _many(bench, nothing, stage, heights, tell)
+    begun = tuple(many or [_foreseeing(bench, stage)])
+    path = _Path(bench, nothing, nothing, begun)
+    ended = _followed(path, heights, most, tell)
+    if not many and (other := _otherwise(ended)):
+        tell("looking again from another first mechanism")
+        again = _followed(replace(path, stages=(other,)), heights, most, tell)
+        if again.current.bic < ended.current.bic:
+            ended = again
+    bench, best, stages = ended.bench, ended.current, ended.stages
+    best, unnamed = unnamed_law(bench, nothing, best, stages, heights, tell)
+    return Found(nothing, unnamed or best, stages, bench, best if unnamed else None)
+
+
+@dataclass(frozen=True)
+class _Path:
+    """How far a search has come: the fit it started from, the one it stands at, and its stages."""
+
+    bench: Bench
+    nothing: Fit
+    current: Fit
+    stages: tuple[Stage, ...]
+
+
+def _followed(
+    path: _Path, heights: Mapping[str, float], most: int, tell: Callable[[str], None]
+) -> _Path:
+    """Take up the first fit of the stages begun, then add one mechanism after the other."""
+    bench, nothing, stages = path.bench, path.nothing, list(path.stages)
+    if not stages[-1].fits or stages[-1].fits[0].bic > nothing.bic - DECISIVE:
+        return path
+    current = stages[-1].fits[0]
+    if len(stages) == 1:
+        bench, current = by_free_run(*with_noise(*with_between(bench, current)))
+    while len(stages) < most:
+        if len(stages) >= STACKED and is_poor(bench, nothing, current):
             break
+        tell("looking for a further mechanism")
         try:
             stage = next_stage(bench, current, heights, tell)
         except np.linalg.LinAlgError:
-            if not stages:
-                raise
             break
-        if number == 0 and (many := _many(bench, nothing, stage, heights, tell)):
-            current = many[-1].fits[0]
-            stages += many
-            continue
-        stages.append(stage)
-        needed = DECISIVE
-        if stages[0] is not stage:
-            explained = nothing.bic - current.bic
-            needed += max(FURTHER_SAMPLE * bench.samples, FURTHER_SHARE * explained)
-        allowed = [f for f in stage.fits if number == 0 or is_narrow(f.hypothesis.found[-1])]
+        # a broad force is only what the models of what was found leave over
+        allowed = tuple(f for f in stage.fits if is_narrow(f.hypothesis.found[-1]))
+        stages.append(replace(stage, fits=allowed))
+        share = FURTHER_SHARE * (nothing.bic - current.bic)
+        needed = DECISIVE + max(FURTHER_SAMPLE * bench.samples, share)
         if not allowed or allowed[0].bic > current.bic - needed:
             break
         current = allowed[0]
-        if stages[0] is stage:
-            bench, current = by_free_run(*with_noise(*with_between(bench, current)))
-    current, unnamed = unnamed_law(bench, nothing, current, stages, heights, tell)
-    return Found(nothing, unnamed or current, tuple(stages), bench, current if unnamed else None)
+    return _Path(bench, nothing, current, tuple(stages))
+
+
+def _otherwise(ended: _Path) -> Stage | None:
+    """Return the first stage with its best law or fault in front, where noise in front led nowhere.
+
+    Of two effects at once neither may explain as much alone as an unmeasured force does.
+    """
+    first = ended.stages[0]
+    if not first.fits or not isinstance(first.fits[0].hypothesis.found[-1], Disturbance):
+        return None
+    if not is_poor(ended.bench, ended.nothing, ended.current):
+        return None
+    others = [f for f in first.fits if not isinstance(f.hypothesis.found[-1], Disturbance)]
+    chosen = min(others, key=lambda f: f.bic, default=None)
+    least = OTHERWISE * _gain(ended.nothing, first.fits[0])
+    if chosen is None or _gain(ended.nothing, chosen) < least:
+        return None
+    return replace(first, fits=(chosen, *(f for f in first.fits if f is not chosen)))
 
 
 def _many(
@@ -153,6 +199,22 @@ def _many(
         tied = [f for f in others if f is not found and label not in f.hypothesis.labels]
         out.append(replace(stage, fits=(found, *tied)))
     return out
+
+
+def _foreseeing(bench: Bench, stage: Stage) -> Stage:
+    """Return the stage with a law before an unmeasured force, where the law foresees far more.
+
+    Broad noise fits whatever comes, law or not; but nothing foresees it.
+    """
+    if not stage.fits or is_narrow(stage.fits[0].hypothesis.found[-1]):
+        return stage
+    least = FORESEES * foresees_off(bench, stage.fits[0])
+    missed = [(foresees_off(bench, f), i) for i, f in enumerate(stage.fits) if i]
+    best = min(missed, default=(np.inf, 0))
+    if best[0] > least:
+        return stage
+    chosen = stage.fits[best[1]]
+    return replace(stage, fits=(chosen, *(f for f in stage.fits if f is not chosen)))
 
 
 def _gain(nothing: Fit, found: Fit) -> float:

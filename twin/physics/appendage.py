@@ -7,11 +7,19 @@ from typing import ClassVar, Self
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
+from scipy import signal
 
 from twin.parameter import Parameter
 from twin.physics.edits import body_of
 from twin.physics.mechanism import StructuralChange, Surroundings, floor_vector
 from twin.second_order import SecondOrderModel
+
+Array = NDArray[np.float64]
+
+LIGHT_HZ = (0.4, 40.0)
+LIGHT_COUNT = 90
+"""Grid of frequencies for very light ones: one in twenty."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +37,7 @@ class Appendage(StructuralChange):
         "frequency": Parameter("Hz", "its own, the floor held fast", "log"),
         "damping_ratio": Parameter("1", "its own, the floor held fast", "log"),
     }
-    valleys: ClassVar[int] = 6  # one at every frequency
+    valleys: ClassVar[int] = 7  # one at every frequency, and a slight one
     reference: ClassVar[str] = "Den Hartog 1934, Mechanical Vibrations"
     stage: ClassVar[int] = 2
 
@@ -84,3 +92,19 @@ class Appendage(StructuralChange):
             for frequency in tuned
             for share in (0.01, 0.05)
         )
+
+    @classmethod
+    def light(cls, place: str, around: Surroundings) -> tuple[Self, ...]:
+        """Return very light ones at every frequency, lightly and well damped."""
+        return tuple(
+            cls(place, 1e-3 * around.mass, float(frequency), ratio)
+            for frequency in np.geomspace(*LIGHT_HZ, LIGHT_COUNT)
+            for ratio in (0.006, 0.04)
+        )
+
+    def reaction(self, rate: Array, step_s: float) -> Array:
+        """Return m times its acceleration, as the floor's acceleration drives it [N]."""
+        w = 2 * np.pi * self.frequency
+        damper = 2 * self.damping_ratio * w
+        b, a = signal.bilinear([damper, w**2], [1.0, damper, w**2], 1 / step_s)
+        return np.asarray(self.mass * signal.lfilter(b, a, np.gradient(rate, step_s)))

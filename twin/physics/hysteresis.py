@@ -74,7 +74,7 @@ class Hysteresis(Law):
     Attributes:
         storey_stiffness: of the storey [N/m], for what is plausible; not fitted.
 
-    Source: Bouc 1967, Wen 1976 (in whose letters shape = delta / (2 gamma)); a slider, Jenkins 1962.
+    Source: Bouc 1967, Wen 1976 (there shape = delta / (2 gamma)); a slider, Jenkins 1962.
     """
 
     name: ClassVar[str] = "hysteresis"

@@ -13,8 +13,11 @@ from twin.physics.edits import add_drift_tendon
 from twin.physics.mechanism import Law, Surroundings
 from twin.physics.scales import peak, rms
 
-KNOTS = (0.2, 0.45, 0.7)
-"""Where the law may bend, to either side, as shares of the largest drift."""
+KNOTS = (0.04, 0.1, 0.2, 0.45, 0.7)
+"""Where the law may bend, to either side, as shares of the largest drift, which a hit makes several
+times as large as what follows."""
+
+BENDS = ("innermost", "inner", "near", "middle", "far")
 
 
 def law(
@@ -25,9 +28,13 @@ def law(
     linear: Any,
     square: Any,
     cube: Any,
+    innermost: Any,
+    inner: Any,
     near: Any,
     middle: Any,
     far: Any,
+    innermost_left: Any,
+    inner_left: Any,
     near_left: Any,
     middle_left: Any,
     far_left: Any,
@@ -41,9 +48,13 @@ def law(
     x = drift / reach
     v = rate / speed
     force = linear * x + square * x * x + cube * x * x * x
+    force = force + innermost * np.maximum(x - 0.04, 0.0) / 0.96
+    force = force + inner * np.maximum(x - 0.1, 0.0) / 0.9
     force = force + near * np.maximum(x - 0.2, 0.0) / 0.8
     force = force + middle * np.maximum(x - 0.45, 0.0) / 0.55
     force = force + far * np.maximum(x - 0.7, 0.0) / 0.3
+    force = force + innermost_left * np.minimum(x + 0.04, 0.0) / 0.96
+    force = force + inner_left * np.minimum(x + 0.1, 0.0) / 0.9
     force = force + near_left * np.minimum(x + 0.2, 0.0) / 0.8
     force = force + middle_left * np.minimum(x + 0.45, 0.0) / 0.55
     force = force + far_left * np.minimum(x + 0.7, 0.0) / 0.3
@@ -52,7 +63,7 @@ def law(
 
 @dataclass(frozen=True)
 class RestoringForce(Law):
-    """f(d, v): a cubic with bends at three drifts to either side, and viscous and square damping.
+    """f(d, v): a cubic with bends at five drifts to either side, and viscous and square damping.
 
     It is what remains when no named law fits: modelled, not explained. Every term is native to
     MJCF: polynomial springs, one-sided springs, polynomial dashpots.
@@ -73,9 +84,13 @@ class RestoringForce(Law):
         "linear": Parameter("N", "linear in the drift, at the largest drift"),
         "square": Parameter("N", "its square"),
         "cube": Parameter("N", "its cube"),
-        "near": Parameter("N", "beyond 0.2 of the largest drift"),
+        "innermost": Parameter("N", "beyond 0.04 of the largest drift"),
+        "inner": Parameter("N", "beyond 0.1"),
+        "near": Parameter("N", "beyond 0.2"),
         "middle": Parameter("N", "beyond 0.45"),
         "far": Parameter("N", "beyond 0.7"),
+        "innermost_left": Parameter("N", "beyond -0.04 of the largest drift"),
+        "inner_left": Parameter("N", "beyond -0.1"),
         "near_left": Parameter("N", "beyond -0.2"),
         "middle_left": Parameter("N", "beyond -0.45"),
         "far_left": Parameter("N", "beyond -0.7"),
@@ -87,9 +102,13 @@ class RestoringForce(Law):
     linear: float = 0.0
     square: float = 0.0
     cube: float = 0.0
+    innermost: float = 0.0
+    inner: float = 0.0
     near: float = 0.0
     middle: float = 0.0
     far: float = 0.0
+    innermost_left: float = 0.0
+    inner_left: float = 0.0
     near_left: float = 0.0
     middle_left: float = 0.0
     far_left: float = 0.0
@@ -115,9 +134,9 @@ class RestoringForce(Law):
         r, s = self.reach, self.speed
         smooth.stiffness = [self.linear / r, self.square / r**2, self.cube / r**3]
         smooth.damping = [self.viscous / s, self.drag / s**2, 0.0]
-        sides = ((1, ("near", "middle", "far")), (-1, ("near_left", "middle_left", "far_left")))
-        for side, names in sides:
-            for knot, name in zip(KNOTS, names, strict=True):
+        for side, suffix in ((1, ""), (-1, "_left")):
+            for knot, bend_name in zip(KNOTS, BENDS, strict=True):
+                name = bend_name + suffix
                 force = self.values[name]
                 if not force:
                     continue
