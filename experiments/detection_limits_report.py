@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from experiments.detection_limits_probit import Found, probit
+from experiments.detection_limits_rivals import names_at
 from experiments.detection_limits_theory import (
     CANDIDATES,
     FALSE_ALARM,
@@ -44,10 +45,17 @@ mechanism and place named first. A probit curve in the logarithm of the severity
 fitted to each effect, all of one width, with a weak prior (half found at 1.4 times the limit, \
 within a factor of e; median and 95 % interval of the posterior are given), so the numbers beyond \
 the severities that were tried are the prior's and only say "below" or "above". Within a factor \
-of {factor:g} of the limit: {within} of {pairs} effects ({sure} with their whole interval)."""
+of {factor:g} of the limit: {within} of {pairs} effects ({sure} with their whole interval).
+
+The limit says that something is there; to name it, a test must tell it from the other candidates, \
+too, each with the strength and the frame that suit it best. With one rival that is apart by R \
+nats, nine of ten are right when R - 1.2816 sqrt(2 R) = 0, R = 3.28. Where the nearest rival is \
+closer than that at the limit, no test names the effect there: the limit of naming is as many \
+times higher as makes R = 3.28. Within a factor of {factor:g} of the limit of naming: {naming} of \
+{pairs} effects."""
 
 
-def document(rows: Rows, limits: Rows) -> dict[str, Any]:
+def document(rows: Rows, limits: Rows, rivals: Rows) -> dict[str, Any]:
     """Return text, tables, curves and everything that they were made from."""
     groups = probit(_grouped(rows, lambda row: _title(row)))
     parts = probit(_grouped(rows, lambda row: f"{_title(row)} {_condition(row)}"))
@@ -57,15 +65,19 @@ def document(rows: Rows, limits: Rows) -> dict[str, Any]:
         candidates=CANDIDATES, alarm=FALSE_ALARM, bar=np.log(CANDIDATES / FALSE_ALARM),
         nats=needed_nats(), cases=len(rows), low=multiples[0], high=multiples[-1], factor=FACTOR,
         within=len(within), pairs=len(groups), sure=sum(f.high <= FACTOR for f in within),
+        naming=sum(
+            groups[p.title].ratio <= FACTOR * _naming(p, rivals) for p in PAIRS if p.title in groups
+        ),
     )  # fmt: skip
     return {
         "text": text,
         "command": COMMAND,
         "tables": [
-            _of_pairs(rows, groups),
+            _of_pairs(rows, groups, rivals),
             _of_conditions(rows, parts),
             _of_multiples(rows, multiples),
             _of_misses(rows),
+            _of_rivals(rivals),
         ],
         "curves": _curves(rows, limits, parts),
         "needed_nats": needed_nats(),
@@ -73,6 +85,7 @@ def document(rows: Rows, limits: Rows) -> dict[str, Any]:
         "ratios_by_condition": {name: vars(found) for name, found in parts.items()},
         "cases": list(rows),
         "limits": list(limits),
+        "rivals": list(rivals),
     }
 
 
@@ -123,10 +136,10 @@ def _shown(value: float) -> str:
     return f"{value:.3g}" if value < 1000 else f"{value:.0f}"
 
 
-def _of_pairs(rows: Rows, groups: dict[str, Found]) -> dict[str, Any]:
+def _of_pairs(rows: Rows, groups: dict[str, Found], rivals: Rows) -> dict[str, Any]:
     columns = [
         "Mechanism", "Place", "Severity", "Unit", "Theoretical limit", "Found in 90 %",
-        "Over the limit", "95 % interval", "Found",
+        "Over the limit", "95 % interval", "Over the limit of naming", "Found",
     ]  # fmt: skip
     table = []
     for pair in (pair for pair in PAIRS if pair.title in groups):
@@ -134,10 +147,16 @@ def _of_pairs(rows: Rows, groups: dict[str, Found]) -> dict[str, Any]:
         table.append([
             pair.name, pair.place, pair.severity, pair.unit, _shown(limit),
             _shown(limit * found.ratio), f"{found.ratio:.2f}",
-            f"{found.low:.2f} to {found.high:.2f}", f"{found.found} of {found.of}",
+            f"{found.low:.2f} to {found.high:.2f}", f"{found.ratio / _naming(pair, rivals):.2f}",
+            f"{found.found} of {found.of}",
         ])  # fmt: skip
     title = f"Smallest severities ({_condition(rows[0])}; ratios from all cases)"
     return {"title": title, "columns": columns, "rows": table}
+
+
+def _naming(pair: Pair, rivals: Rows) -> float:
+    """Return the severity over the limit at which an ideal test names the effect, too."""
+    return names_at(float(np.median([one["rivals"][pair.title][1] for one in rivals])))
 
 
 def _of_conditions(rows: Rows, parts: dict[str, Found]) -> dict[str, Any]:
@@ -182,6 +201,21 @@ def _of_misses(rows: Rows) -> dict[str, Any]:
         table.append([pair.title, len(missed), words or "-"])
     columns = ["Effect", "Missed at the limit or above", "Said first instead"]
     return {"title": "What was said instead", "columns": columns, "rows": table}
+
+
+def _of_rivals(rivals: Rows) -> dict[str, Any]:
+    """Return what an effect at its limit is most easily taken for, by any test."""
+    table = []
+    for pair in PAIRS:
+        names, apart = zip(*(one["rivals"][pair.title] for one in rivals), strict=True)
+        middle = float(np.median(apart))
+        table.append([
+            pair.title, ", ".join(dict.fromkeys(names)), f"{middle:.1f}",
+            f"{_naming(pair, rivals):.2f}",
+        ])  # fmt: skip
+    columns = ["Effect", "Nearest rival", "Nats between the two", "Told apart in 90 % at x limit"]
+    title = "What an effect at the limit is most easily taken for, by any test"
+    return {"title": title, "columns": columns, "rows": table}
 
 
 def _curves(rows: Rows, limits: Rows, parts: dict[str, Found]) -> list[dict[str, Any]]:

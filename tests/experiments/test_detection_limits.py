@@ -10,6 +10,7 @@ pytest.importorskip("experiments.concealed", reason="experiments/ is not beside 
 from experiments import detection_limits as limits
 from experiments.detection_limits_probit import probit
 from experiments.detection_limits_report import document
+from experiments.detection_limits_rivals import names_at, nearest
 from experiments.detection_limits_theory import PAIRS, Bench, needed_nats
 
 PAIR = {pair.name: pair for pair in PAIRS}
@@ -64,6 +65,17 @@ def test_the_first_cases_are_one_of_every_effect_at_every_severity():
     assert len({(task.pair, task.multiple) for task in first}) == len(first)
 
 
+@pytest.mark.parametrize("name", ["stiffness_drift", "sensor_highpass"])
+def test_the_nearest_rival_is_no_farther_than_the_frame_without_an_effect(name):
+    rng = np.random.default_rng(3)
+    bench = Bench.draw(rng, 0.005, 1.0, 5.0)
+    rival, apart = nearest(bench, rng, shapes=1)[PAIR[name].title]
+    assert 0 <= apart < needed_nats()
+    assert rival not in (PAIR[name].title, "-")
+    assert names_at(apart) >= 1
+    assert names_at(1e3) == 1
+
+
 def test_the_document_holds_what_the_page_shows():
     rows = [
         {
@@ -77,7 +89,8 @@ def test_the_document_holds_what_the_page_shows():
         {"noise": one.noise, "seconds": one.seconds, "limits": {p.title: 1e-3 for p in PAIRS}}
         for one in limits.curve_tasks()
     ]
-    made = json.loads(json.dumps(document(rows, points), allow_nan=False))
+    rivals = [{"rivals": {p.title: ("bumper storey1", 1.0) for p in PAIRS}}]
+    made = json.loads(json.dumps(document(rows, points, rivals), allow_nan=False))
     assert {"text", "command", "tables", "curves"} <= set(made)
     assert all(len(row) == len(t["columns"]) for t in made["tables"] for row in t["rows"])
     for curve in made["curves"]:
