@@ -36,6 +36,7 @@ from experiments.detection_limits_report import document, show  # noqa: E402
 from experiments.detection_limits_rivals import nearest  # noqa: E402
 from experiments.detection_limits_theory import PAIRS, Bench, Pair  # noqa: E402
 from twin.campaign import campaign  # noqa: E402
+from twin.errors import TwinError  # noqa: E402
 from twin.files import folder, write_whole  # noqa: E402
 from twin.formats import write_recording  # noqa: E402
 
@@ -104,6 +105,7 @@ def main() -> None:
     given = parser.parse_args()
     until = time.time() + 60 * given.budget
     out = folder(given.folder)
+    made_with = started_with(out / "made_with.json", given.budget > 0)
     pool = ProcessPoolExecutor(given.workers) if given.workers > 1 else nullcontext()
     with pool as executor:
         run(diagnosed, tasks(), out / "cases.jsonl", executor, given.workers, until)
@@ -113,22 +115,47 @@ def main() -> None:
     rows = list(read(out / "cases.jsonl").values())
     theory = [list(read(out / f"{name}.jsonl").values()) for name in ("limits", "rivals")]
     found = document(rows, *theory)
-    found["made_with"] = versions()
+    found["made_with"] = made_with
     text = json.dumps(found, indent=1, allow_nan=False) + "\n"
     path = write_whole(given.results / "detection_limits.json", lambda part: part.write_text(text))
     show(found)
     print(path)
 
 
+def started_with(path: Path, going_on: bool) -> dict[str, str]:
+    """Return the versions that the cases were begun with; all are diagnosed with the same.
+
+    Raises:
+        TwinError: these are others, and more is to be diagnosed.
+    """
+    now = versions()
+    if not path.exists():
+        write_whole(path, lambda part: part.write_text(json.dumps(now) + "\n"))
+    begun: dict[str, str] = json.loads(path.read_text())
+    if going_on and _commit(begun) != _commit(now):
+        raise TwinError(
+            f"{path}: begun with {begun['commit']}, this is {now['commit']}: the limits of two "
+            "versions do not mix; use another folder, or --budget 0 to write what is there"
+        )
+    return begun
+
+
+def _commit(made_with: dict[str, str]) -> str:
+    return made_with.get("commit", "").removesuffix("-dirty")
+
+
 def tasks() -> list[Task]:
     """Return all cases, in an order that is of use wherever it is cut off."""
-    every = []
-    for turn, (noise, length) in product(range(1, ROUNDS + 1), CONDITIONS):
-        first = (noise, length) == CONDITIONS[0]
-        for by in (*(MULTIPLES if first else MULTIPLES[2:]), *STRONGER[: 2 if first else 1]):
-            some = [pair for pair in PAIRS if by not in STRONGER or pair.name in MASKED]
-            every += [Task(pair, by, noise, length, turn) for pair in some]
-    return every
+    first, *others = CONDITIONS
+    one_turn = [(by, first) for by in (*MULTIPLES, *STRONGER)]
+    one_turn += list(product((*MULTIPLES[2:], *STRONGER[:1]), others))
+    return [
+        Task(pair, by, *condition, turn)
+        for turn in range(1, ROUNDS + 1)
+        for by, condition in one_turn
+        for pair in PAIRS
+        if by not in STRONGER or pair.name in MASKED
+    ]
 
 
 def curve_tasks() -> list[CurveTask]:
