@@ -1,9 +1,12 @@
 """Edits of MuJoCo models that are not like the shipped ones, and twins that carry mechanisms."""
 
+from itertools import pairwise
+
 import mujoco
 import numpy as np
 import pytest
 from physics_support import RATE, error, integrate, push
+from scipy.integrate import solve_ivp
 
 from twin import physics
 from twin.errors import ModelError
@@ -200,3 +203,27 @@ def test_a_lab_s_own_mechanism_comes_by_its_entry_point(monkeypatch):
         assert physics.places(Own, ["floor1"], []) == ["storey1"]
     finally:
         physics._found.cache_clear()
+
+
+@pytest.mark.parametrize("shape", [0.5, 0.1, -0.6875])
+def test_a_loop_of_any_shape_follows_the_differential_equation_of_bouc_and_wen(shape):
+    k, zy, n = 5e4, 31.25, 1.0
+    law = ALL["hysteresis"]("storey1", k, zy, n, 0.0, shape)
+
+    def slope(t, z):
+        v = 6e-4 * 7 * np.cos(7 * t)
+        return k * v * (1 - np.abs(z / zy) ** n * (shape + 0.5 * np.sign(v * z)))
+
+    t = np.linspace(0, 4, 4001)
+    true = solve_ivp(slope, (0, 4), [0.0], t_eval=t, rtol=1e-9, atol=1e-9, max_step=1e-3).y[0]
+    drift, z = 6e-4 * np.sin(7 * t), [0.0]
+    for before, after in pairwise(drift):
+        z.append(float(law.remember(z[-1], before, after)))
+    assert error(np.array(z), true) < 2e-3
+
+
+def test_a_loop_without_a_plateau_is_a_straight_spring_in_mjcf():
+    spec = mujoco.MjSpec.from_string(LUMPED.mjcf)
+    ALL["hysteresis"]("storey1", 300.0, 0.5, 1.0, 100.0, -0.6).apply(spec)
+    tendons = [t for t in spec.tendons if "hysteresis" in t.name]
+    assert [t.stiffness[0] for t in tendons] == [pytest.approx(200.0)]

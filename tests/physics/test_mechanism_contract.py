@@ -136,7 +136,7 @@ def test_units_and_source_are_documented(cls):
 def test_first_guesses_are_few_finite_and_survive_json(cls):
     for place in at(cls):
         starts = cls.starts(place, AROUND)
-        assert 1 <= len(starts) <= 15
+        assert 1 <= len(starts) <= 16
         assert len(set(starts)) == len(starts)
         for start in starts:
             assert start.place == place
