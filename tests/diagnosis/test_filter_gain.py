@@ -9,8 +9,8 @@ from twin import physics
 from twin.diagnosis.filtering import (
     Filtered,
     ahead,
-    effect_of_force,
     effect_of_start,
+    effects_of_forces,
     gain,
     linear,
     recursion,
@@ -137,7 +137,10 @@ def test_a_known_force_adds_its_effect_to_the_innovations():
     u, force = np.column_stack([rough(200, 1), rough(200, 2)]), rough(200, 5)
     y = rng(4).standard_normal((200, 2))
     both = np.column_stack([u, force])
-    found = linear(plant, gains, u, u, y).innovations + effect_of_force(plant, gains, 0, force)
+    found = (
+        linear(plant, gains, u, u, y).innovations
+        + effects_of_forces(plant, gains, 0, force[None])[0]
+    )
     assert error(found, linear(forced, gains, both, both, y).innovations) < 1e-10
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
+from scipy import fft, signal
 
 from twin.diagnosis.plant import Sampled
 from twin.physics.mechanism import Law
@@ -171,14 +171,36 @@ def linear(
     return Filtered(direct - x @ plant.plant.C.T, x)
 
 
-def effect_of_force(plant: Sampled, gains: Gain, law: int, force: Array) -> Array:
-    """Return the innovations that a law's known force history (samples,) adds, (samples, m)."""
+def effects_of_forces(plant: Sampled, gains: Gain, law: int, forces: Array) -> Array:
+    """Return the innovations that known histories of a law's force add.
+
+    Args:
+        plant: with the law.
+        gains: of the filter.
+        law: which of the plant's laws exerts the force.
+        forces: (histories, samples).
+
+    Returns:
+        (histories, samples, m), by convolution with the response to one sample's force; the last
+        force stays on after the end.
+    """
+    samples = forces.shape[1]
+    C, seen = plant.plant.C, plant.plant.F[:, law]
     K = gains.whole(plant.A)
-    F = plant.A - K @ plant.plant.C
-    seen = np.outer(force, plant.plant.F[:, law])
-    g = np.outer(force, plant.E0[:, law]) + np.outer(ahead(force[:, None])[:, 0], plant.E1[:, law])
-    x = recursion(F, g - seen @ K.T)
-    return -(seen + x @ plant.plant.C.T)
+    F = plant.A - K @ C
+    # x(k+1) = F x(k) + now f(k) + later f(k+1): a unit force at sample 0, as if it came at once
+    now, later = plant.E0[:, law] - K @ seen, plant.E1[:, law]
+    first = F @ later + now
+    x = recursion(F, np.zeros((samples, len(F))), first)
+    response = np.empty((samples, len(C)))
+    response[0] = -(seen + C @ later)
+    response[1:] = -(x[: samples - 1] @ C.T)
+    length = fft.next_fast_len(2 * samples, real=True)
+    product = fft.rfft(forces, length)[:, :, None] * fft.rfft(response, length, axis=0)
+    out = fft.irfft(product, length, axis=1)[:, :samples]
+    # the state before the first sample does not know that sample's force
+    rest = recursion(F, np.zeros((samples, len(F))), later) @ C.T
+    return np.asarray(out + forces[:, :1, None] * rest)
 
 
 def effect_of_start(plant: Sampled, gains: Gain, samples: int) -> Array:

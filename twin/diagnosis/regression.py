@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnosis.filtering import effect_of_force
+from twin.diagnosis.filtering import effects_of_forces
 from twin.diagnosis.fitting import STEP, covariances
 from twin.diagnosis.motion import at_place, force_histories
 from twin.diagnosis.plant import build, sampled
@@ -92,8 +92,8 @@ class Regression:
             found = fit0.hypothesis.including(entry).mechanisms
             whole = build(trial.base(bench.model), found, trial.inputs, trial.outputs)
             plant = sampled(whole, bench.step_s, bench.between == "held")
-            effects = [effect_of_force(plant, fit0.gains[i], 0, f) for f in histories[i]]
-            parts.append(self.whitened(i, np.array(effects)))
+            effects = effects_of_forces(plant, fit0.gains[i], 0, histories[i])
+            parts.append(self.whitened(i, effects))
         X = np.vstack([*parts, np.zeros((len(self.unknowns), len(starts)))])
         raw = X
         X = X - self.Q @ (self.Q.T @ X)

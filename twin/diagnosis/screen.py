@@ -32,6 +32,9 @@ from twin.physics.mechanism import (
 
 Array = NDArray[np.float64]
 
+WORTH_FOLLOWING = 5.0
+"""Gain in log likelihood that a slight change must promise along the motion to be followed."""
+
 FORGETFUL = 0.03
 """Slack at which a filter forgets within some periods: then a resonance may be off in frequency by
 more than a record resolves, and its fit still finds the way."""
@@ -59,7 +62,12 @@ def screen(scene: Scene, without: Sequence[tuple[str, str]] = ()) -> list[Candid
                 out.append(regression.best([s for s in starts if isinstance(s, Law)]))
             else:
                 slight = _slight(regression, cls, place, around)
-                out.append(_fitted(scene, (*slight, *starts)))
+                if slight is None:
+                    out.append(_fitted(scene, starts))
+                elif slight.gain > WORTH_FOLLOWING:
+                    out.append(_fitted(scene, (slight.mechanism, *starts)))
+                else:
+                    out.append(slight)
     return sorted((c for c in out if np.isfinite(c.gain)), key=lambda c: -c.gain)
 
 
@@ -76,12 +84,11 @@ def _possible(cls: type[Mechanism], place: str, bench: Bench) -> bool:
 
 def _slight(
     regression: Regression, cls: type[Mechanism], place: str, around: Surroundings
-) -> tuple[Mechanism, ...]:
+) -> Candidate | None:
     """Return the best of a grid of slight changes, at the strength that it would have."""
     if not issubclass(cls, StructuralChange) or not (grid := cls.light(place, around)):
-        return ()
-    best = regression.slight(grid)
-    return (best.mechanism,) if best.gain > 0 else ()
+        return None
+    return regression.slight(grid)
 
 
 def _lost(start: Mechanism, bench: Bench) -> bool:
