@@ -6,11 +6,10 @@ from diagnosis_support import ONE, RATE, TWO, error, rng, rough
 from scipy.linalg import solve_discrete_are
 
 from twin import physics
+from twin.diagnosis.effects import effect_of_start, effects_of_forces
 from twin.diagnosis.filtering import (
     Filtered,
     ahead,
-    effect_of_start,
-    effects_of_forces,
     gain,
     linear,
     recursion,

@@ -10,9 +10,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.diagnosis.effects import effect_of_start
 from twin.diagnosis.filtering import (
     Gain,
-    effect_of_start,
     gain,
     linear,
     with_laws,

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnosis.filtering import effects_of_forces
+from twin.diagnosis.effects import effects_of_forces
 from twin.diagnosis.fitting import STEP, covariances
 from twin.diagnosis.motion import at_place, force_histories
 from twin.diagnosis.plant import build, sampled
