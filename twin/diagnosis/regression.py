@@ -16,8 +16,9 @@ from twin.diagnosis.fitting import STEP, covariances
 from twin.diagnosis.motion import at_place, force_histories
 from twin.diagnosis.plant import build, sampled
 from twin.diagnosis.scene import Candidate, Scene
-from twin.physics.mechanism import Law, Mechanism, StructuralChange
+from twin.physics.mechanism import Law, Mechanism
 from twin.physics.quadratic_drag import QuadraticDrag
+from twin.physics.slight import SlightChange
 
 Array = NDArray[np.float64]
 
@@ -71,7 +72,7 @@ class Regression:
         motions = [at_place(scene.bench.model, state, starts[0].place) for state in scene.moved]
         return self._strongest(starts, force_histories(starts, motions, scene.bench.step_s))
 
-    def slight(self, starts: Sequence[StructuralChange]) -> Candidate:
+    def slight(self, starts: Sequence[SlightChange]) -> Candidate:
         """Return the slight change that explains most, at the strength it would have."""
         scene = self.scene
         step_s = scene.bench.step_s

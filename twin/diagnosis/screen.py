@@ -26,9 +26,9 @@ from twin.physics.mechanism import (
     Disturbance,
     Law,
     Mechanism,
-    StructuralChange,
     Surroundings,
 )
+from twin.physics.slight import SlightChange
 
 Array = NDArray[np.float64]
 
@@ -86,9 +86,7 @@ def _slight(
     regression: Regression, cls: type[Mechanism], place: str, around: Surroundings
 ) -> Candidate | None:
     """Return the best of a grid of slight changes, at the strength that it would have."""
-    if not issubclass(cls, StructuralChange) or not (grid := cls.light(place, around)):
-        return None
-    return regression.slight(grid)
+    return regression.slight(cls.light(place, around)) if issubclass(cls, SlightChange) else None
 
 
 def _lost(start: Mechanism, bench: Bench) -> bool:

@@ -12,7 +12,8 @@ from scipy import signal
 
 from twin.parameter import Parameter
 from twin.physics.edits import body_of
-from twin.physics.mechanism import StructuralChange, Surroundings, floor_vector
+from twin.physics.mechanism import Surroundings, floor_vector
+from twin.physics.slight import SlightChange
 from twin.second_order import SecondOrderModel
 
 Array = NDArray[np.float64]
@@ -23,7 +24,7 @@ LIGHT_COUNT = 90
 
 
 @dataclass(frozen=True)
-class Appendage(StructuralChange):
+class Appendage(SlightChange):
     """A mass on a spring and a dashpot; adds the coordinate "appendage_floorI", absolute [m].
 
     Source: the tuned mass of Den Hartog 1934, chapter 3, tuned by nobody.

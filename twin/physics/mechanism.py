@@ -150,15 +150,6 @@ class StructuralChange(Mechanism):
             ModelError: the model has no such place.
         """
 
-    @classmethod
-    def light(cls, place: str, around: Surroundings) -> tuple[Self, ...]:
-        """Return slight ones on a grid, for mechanisms whose force along a motion is known."""
-        return ()
-
-    def reaction(self, rate: Array, step_s: float) -> Array:
-        """Return the force [N] that a slight one takes from a place moving at ``rate`` [m/s]."""
-        raise NotImplementedError
-
 
 @dataclass(frozen=True)
 class Law(Mechanism):
