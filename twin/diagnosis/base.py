@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,9 @@ Array = NDArray[np.float64]
 TOLERANCE = 0.004
 """Standard deviation of a rig's masses and stiffnesses about its model's: how well parts are made
 and weighed. A change well beyond it is a finding."""
+
+BENT = 5.0
+"""Tolerances from which a parameter is off by more than chance would have it."""
 
 DAMPING_TOLERANCE = 0.1
 """The same for its dampings, which are never known that well."""
@@ -113,3 +117,19 @@ def surroundings(
         sampling_hz=bench.trials[0].sampling_hz,
         peaks=peaks,
     )
+
+
+def bent(hypothesis: Hypothesis) -> list[int]:
+    """Return which parameters are off by far more than their tolerance, worst first."""
+    off = [
+        (abs(m.values["change"]) / tolerance, index)
+        for index, (m, tolerance) in enumerate(
+            zip(hypothesis.base, hypothesis.tolerance, strict=True)
+        )
+    ]
+    return [index for share, index in sorted(off, reverse=True) if share > BENT]
+
+
+def level(hypothesis: Hypothesis) -> Hypothesis:
+    """Return the hypothesis with its base as the model has it."""
+    return replace(hypothesis, base=tuple(m.with_values({"change": 0.0}) for m in hypothesis.base))

@@ -45,7 +45,7 @@ def several(
         return None
     if hopeless(loose):
         return None
-    free = tuple(m for m in loose.hypothesis.base if not _floor_dashpot(m))
+    free = tuple(m for m in loose.hypothesis.base if not is_floor_dashpot(m))
     level = tuple(m.with_values({"change": 0.0}) for m in base.base)
     begun = replace(loose, hypothesis=replace(base, base=level))
     current = _fit(bench, begun, free)
@@ -62,7 +62,8 @@ def several(
     return current
 
 
-def _floor_dashpot(mechanism: Mechanism) -> bool:
+def is_floor_dashpot(mechanism: Mechanism) -> bool:
+    """Return whether a base parameter only stands for damping that is no chain of storeys'."""
     return mechanism.name == "damping" and mechanism.place.startswith("floor")
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin import physics
-from twin.diagnosis.base import surroundings
+from twin.diagnosis.base import bent, level, surroundings
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.filtering import Gain
 from twin.diagnosis.fitting import fit, gains_of, log_likelihood
@@ -34,6 +34,10 @@ Array = NDArray[np.float64]
 
 WORTH_FOLLOWING = 5.0
 """Gain in log likelihood that a slight change must promise along the motion to be followed."""
+
+MOST_STRAIGHT = 4
+STRAIGHT = 3e-3
+"""How many faults are tried from a straight base, and with which slack at least."""
 
 FORGETFUL = 0.03
 """Slack at which a filter forgets within some periods: then a resonance may be off in frequency by
@@ -107,6 +111,12 @@ def _fitted(scene: Scene, starts: Sequence[Mechanism]) -> Candidate:
         # a filter that forgets likes none of them as they stand: in their own order, then
         for start in starts[: starts[0].valleys]:
             candidates.append(_followed(scene, start, -np.inf, FORGETFUL))
+    if isinstance(starts[0], ChannelFault) and bent(scene.fit.hypothesis):
+        # what the base was bent for may have been this fault: from a straight one, too
+        best = max(candidates, key=lambda c: c.gain).mechanism
+        straight = replace(scene, fit=replace(scene.fit, hypothesis=level(scene.fit.hypothesis)))
+        for start in (*starts[:MOST_STRAIGHT], best):
+            candidates.append(_followed(straight, start, -np.inf, max(scene.fit.slack, STRAIGHT)))
     return max(candidates, key=lambda c: c.gain)
 
 

@@ -8,10 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from twin.diagnosis.adjusting import REPRODUCIBLE, by_free_run, with_between, with_noise
+from twin.diagnosis.base import bent
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.fitting import Fit
 from twin.diagnosis.hypothesis import Hypothesis
-from twin.diagnosis.parameters import gravity_instead, several
+from twin.diagnosis.parameters import gravity_instead, is_floor_dashpot, several
 from twin.diagnosis.refining import refined
 from twin.diagnosis.stage import (
     DECISIVE,
@@ -30,6 +31,9 @@ RUNS_LESS = 0.75
 
 STACKED = 2
 """When so many mechanisms together explain poorly, a further one will not help."""
+
+SEVERAL = 30.0
+"""Drop of the BIC that several parameters must bring against any single mechanism."""
 
 OTHERWISE = 0.3
 """Share of an unmeasured force's drop of the BIC that another first mechanism must bring."""
@@ -129,10 +133,32 @@ def _followed(
         stages.append(replace(stage, fits=allowed))
         share = FURTHER_SHARE * (nothing.bic - current.bic)
         needed = DECISIVE + max(FURTHER_SAMPLE * bench.samples, share)
-        if not allowed or allowed[0].bic > current.bic - needed:
+        better = [f for f in allowed if f.bic < current.bic - needed]
+        if better:
+            current = better[0]
+        elif (promoted := _promoted(bench, current)) is not None:
+            stages[-1] = promoted
+            current = promoted.fits[0]
+        else:
             break
-        current = allowed[0]
     return _Path(bench, nothing, current, tuple(stages))
+
+
+def _promoted(bench: Bench, current: Fit) -> Stage | None:
+    """Return a parameter that is far beyond its tolerance as a finding of its own."""
+    whole = current.hypothesis
+    off = [i for i in bent(whole) if not is_floor_dashpot(whole.base[i])]
+    if not whole.found or not off:
+        return None
+    own = whole.base[off[0]]
+    straight = own.with_values({"change": 0.0})
+    base = tuple(straight if i == off[0] else m for i, m in enumerate(whole.base))
+    hypothesis = replace(whole, base=base).including(own)
+    try:
+        found = refined(bench, [hypothesis], current.slack, current.starts, rounds=2)
+    except np.linalg.LinAlgError:
+        return None
+    return Stage(current, {}, (), (found,)) if found.bic < current.bic - DECISIVE else None
 
 
 def _otherwise(ended: _Path) -> Stage | None:
@@ -174,7 +200,7 @@ def _many(
     def hopeless(loose: Fit) -> bool:
         least = -2 * loose.log_likelihood + 2 * np.log(bench.samples)
         return bool(
-            least > best.bic - DECISIVE
+            least > best.bic - SEVERAL
             and (
                 nothing.bic - least < HALF * _gain(nothing, best)
                 or runs_off(bench, loose) > LENIENT * freely
@@ -182,7 +208,7 @@ def _many(
         )
 
     found = several(bench, nothing, hopeless)
-    if found is None or len(found.hypothesis.found) < 2 or found.bic > nothing.bic - DECISIVE:
+    if found is None or len(found.hypothesis.found) < 2 or found.bic > nothing.bic - SEVERAL:
         return []
     others: list[Fit] = []
     for _ in found.hypothesis.found:
@@ -192,7 +218,7 @@ def _many(
             break
         found = better
     freer = runs_off(bench, found) <= freely and _gain(nothing, found) > HALF * _gain(nothing, best)
-    if found.bic > best.bic - DECISIVE and not freer:
+    if found.bic > best.bic - SEVERAL and not freer:
         return []
     out = []
     for label in found.hypothesis.labels:
