@@ -43,15 +43,17 @@ Measured: {cases} cases, each with a rig, plan, filter and noise of its own draw
 concealed campaign, one effect of {low:g} to {high:g} times the limit of that case; found means \
 mechanism and place named first. A probit curve in the logarithm of the severity over the limit is \
 fitted to each effect, all of one width, with a weak prior (half found at 1.4 times the limit, \
-within a factor of e; median and 95 % interval of the posterior are given), so the numbers beyond \
-the severities that were tried are the prior's and only say "below" or "above". Within a factor \
-of {factor:g} of the limit: {within} of {pairs} effects ({sure} with their whole interval).
+within a factor of e; median and 95 % interval of the posterior are given). Where all cases of a \
+condition were found, or none, the data bound the severity on one side only, and no number is \
+given. Within a factor of {factor:g} of the limit: {within} of {pairs} effects ({sure} with their whole interval).
 
 The limit says that something is there; to name it, a test must tell it from the other candidates, \
 too, each with the strength and the frame that suit it best. With one rival that is apart by R \
 nats, nine of ten are right when R - 1.2816 sqrt(2 R) = 0, R = 3.28. Where the nearest rival is \
-closer than that at the limit, no test names the effect there: the limit of naming is as many \
-times higher as makes R = 3.28. Within a factor of {factor:g} of the limit of naming: {naming} of \
+closer than that at the limit, a test that knows nothing of the frame cannot name nine of ten \
+there: the limit of naming is as many times higher as makes R = 3.28. A ratio below one is the \
+drawing's help or luck: the median of the probabilities that were stated with the right answers \
+says which. Within a factor of {factor:g} of the limit of naming: {naming} of \
 {pairs} effects."""
 
 
@@ -140,6 +142,7 @@ def _of_pairs(rows: Rows, groups: dict[str, Found], rivals: Rows) -> dict[str, A
     columns = [
         "Mechanism", "Place", "Severity", "Unit", "Theoretical limit", "Found in 90 %",
         "Over the limit", "95 % interval", "Over the limit of naming", "Found",
+        "Probability stated, right answers",
     ]  # fmt: skip
     table = []
     for pair in (pair for pair in PAIRS if pair.title in groups):
@@ -148,7 +151,7 @@ def _of_pairs(rows: Rows, groups: dict[str, Found], rivals: Rows) -> dict[str, A
             pair.name, pair.place, pair.severity, pair.unit, _shown(limit),
             _shown(limit * found.ratio), f"{found.ratio:.2f}",
             f"{found.low:.2f} to {found.high:.2f}", f"{found.ratio / _naming(pair, rivals):.2f}",
-            f"{found.found} of {found.of}",
+            f"{found.found} of {found.of}", _stated(_of(rows, pair)),
         ])  # fmt: skip
     title = f"Smallest severities ({_condition(rows[0])}; ratios from all cases)"
     return {"title": title, "columns": columns, "rows": table}
@@ -159,13 +162,20 @@ def _naming(pair: Pair, rivals: Rows) -> float:
     return names_at(float(np.median([one["rivals"][pair.title][1] for one in rivals])))
 
 
+def _stated(rows: Rows) -> str:
+    """Return the median of the probabilities that were stated with right answers."""
+    stated = [row["probability"] for row in rows if row["found"]]
+    return f"{np.median(stated):.2f}" if stated else "-"
+
+
 def _of_conditions(rows: Rows, parts: dict[str, Found]) -> dict[str, Any]:
     table = []
     for pair in PAIRS:
         cells = []
         for condition in _conditions(rows):
             one = parts.get(f"{pair.title} {condition}")
-            cells.append(f"{_ratio(one)} ({one.found} of {one.of})" if one else "-")
+            tried = [r["multiple"] for r in _of(rows, pair) if _condition(r) == condition]
+            cells.append(f"{_ratio(one, tried)} ({one.found} of {one.of})" if one else "-")
         table.append([pair.title, *cells])
     title = (
         "Severity found in 90 % over the limit of the same condition, 95 % interval (cases found)"
@@ -173,11 +183,16 @@ def _of_conditions(rows: Rows, parts: dict[str, Found]) -> dict[str, Any]:
     return {"title": title, "columns": ["Effect", *_conditions(rows)], "rows": table}
 
 
-def _ratio(one: Found) -> str:
-    """Return the ratio of a group, or why there is none."""
-    if one.of < FEWEST:
-        return "too few"
+def _ratio(one: Found, tried: Sequence[float]) -> str:
+    """Return the ratio of a group, or what is known where one side alone was seen."""
+    if not _two_sided(one):
+        return f"all from x {min(tried):g}" if one.found else f"none to x {max(tried):g}"
     return f"{one.ratio:.2f}, {one.low:.2f} to {one.high:.2f}"
+
+
+def _two_sided(one: Found) -> bool:
+    """Return whether some cases of a group were found and some were not."""
+    return one.of >= FEWEST and 0 < one.found < one.of
 
 
 def _of_multiples(rows: Rows, multiples: Sequence[float]) -> dict[str, Any]:
@@ -253,7 +268,7 @@ def _measured(
     for condition in _conditions(rows):
         some = [row for row in _of(rows, pair) if _condition(row) == condition]
         one = parts.get(f"{pair.title} {condition}")
-        if one is None or one.of < FEWEST or not one.found:
+        if one is None or not _two_sided(one):
             continue
         noise, length = some[0]["noise"], some[0]["length"]
         seconds = float(np.median([row["seconds_recorded"] for row in some]))

@@ -81,7 +81,7 @@ def test_the_document_holds_what_the_page_shows():
         {
             "mechanism": task.pair.name, "place": task.pair.place, "multiple": task.multiple,
             "noise": task.noise, "length": task.length, "limit": 1e-3, "seconds_recorded": 27.0,
-            "found": task.multiple > 1.2, "first": "none",
+            "found": task.multiple > 1.2, "first": "none", "probability": 0.9,
         }
         for task in limits.tasks()
     ]  # fmt: skip
