@@ -45,7 +45,9 @@ mechanism and place named first. A probit curve in the logarithm of the severity
 fitted to each effect, all of one width, with a weak prior (half found at 1.4 times the limit, \
 within a factor of e; median and 95 % interval of the posterior are given). Where all cases of a \
 condition were found, or none, the data bound the severity on one side only, and no number is \
-given. Within a factor of {factor:g} of the limit: {within} of {pairs} effects ({sure} with their whole interval).
+given. Which severities the other conditions get, and which effects are tried stronger, was set \
+after the first condition had been seen. Within a factor of {factor:g} of the limit: {within} of \
+{pairs} effects ({sure} with their whole interval).
 
 The limit says that something is there; to name it, a test must tell it from the other candidates, \
 too, each with the strength and the frame that suit it best. With one rival that is apart by R \
