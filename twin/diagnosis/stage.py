@@ -31,14 +31,14 @@ FURTHER_SAMPLE = 0.01
 """What a further mechanism must bring besides: a drop of the BIC of this much a sample."""
 
 REFINED = 4
-"""Candidates that are fitted in full at each stage, at most, besides one unmeasured force."""
+"""Candidates that are fitted in full at each stage, at most, besides unmeasured forces."""
 
 WORTH = 0.1
 """Candidates that promise less than this share of the best one's gain are not fitted in full."""
 
 RIVAL = 0.5
 """Once one fit leaves nothing for its filter to follow, laws with a memory, which are slow, are
-fitted only where they promise this share of what it promised."""
+fitted only where they promise this share of what it promised; a second unmeasured force always."""
 
 LITTLE = 1e-3
 """Slack up to which a filter trusts its model as it stands."""
@@ -110,7 +110,8 @@ def explained(current: Fit, where: Mapping[str, float], bench: Bench) -> bool:
 def _promising(candidates: Sequence[Candidate]) -> list[Candidate]:
     """Return the candidates that are worth fitting in full, the most promising first."""
     worth = [c for c in candidates if c.gain > PROMISES]
-    random = [c for c in worth if isinstance(c.mechanism, Disturbance)][:1]
+    random = [c for c in worth if isinstance(c.mechanism, Disturbance)][:2]
+    random = [c for c in random if c.gain > RIVAL * random[0].gain]
     others = [c for c in worth if not isinstance(c.mechanism, Disturbance)][:REFINED]
     others = [c for c in others if c.gain > WORTH * others[0].gain]
     return others + random

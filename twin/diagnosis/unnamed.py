@@ -7,6 +7,7 @@ from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from twin.diagnosis.base import surroundings
 from twin.diagnosis.bench import Bench
@@ -18,6 +19,8 @@ from twin.diagnosis.scene import Candidate, Scene
 from twin.diagnosis.stage import DECISIVE, LITTLE, Stage, explained, fitted, is_narrow
 from twin.physics.mechanism import Disturbance
 from twin.physics.restoring_force import RestoringForce
+
+Array = NDArray[np.float64]
 
 FORESEES = 0.7
 """A law must take the error two seconds ahead down to this share of a random force's."""
@@ -67,7 +70,7 @@ def unnamed_law(
         tell(f"fitting a law without a name at {place}")
         (start,) = RestoringForce.starts(place, surroundings(bench, motion, heights, place))
         law = fitted(bench, nothing, Candidate(start, 0.0))
-        if law is not None:
+        if law is not None and np.isfinite(foresees_off(bench, law)):
             found.append(law)
     if not found:
         return best, None
@@ -88,13 +91,20 @@ def unnamed_law(
 
 def runs_off(bench: Bench, found: Fit) -> float:
     """Return the error of the free run over the training recordings."""
-    value = nrmse(bench.trials, from_rest(bench, found.hypothesis, found.slack))
-    return value if np.isfinite(value) else np.inf
+    return _missed(bench, lambda: from_rest(bench, found.hypothesis, found.slack))
 
 
 def foresees_off(bench: Bench, found: Fit) -> float:
     """Return the error two seconds ahead on the training recordings."""
-    value = nrmse(bench.trials, ahead(bench, found.hypothesis, found.slack, found.starts))
+    return _missed(bench, lambda: ahead(bench, found.hypothesis, found.slack, found.starts))
+
+
+def _missed(bench: Bench, simulated: Callable[[], Sequence[Array]]) -> float:
+    """Return the NRMSE of simulated outputs; infinite where there are none."""
+    try:
+        value = nrmse(bench.trials, simulated())
+    except np.linalg.LinAlgError:
+        return np.inf
     return value if np.isfinite(value) else np.inf
 
 
@@ -108,6 +118,8 @@ def is_poor(bench: Bench, nothing: Fit, best: Fit) -> bool:
     if all(isinstance(m, Disturbance) for m in best.hypothesis.found):
         return best.slack > LITTLE
     missed = foresees_off(bench, best)
+    if not np.isfinite(missed):
+        return True
     if missed < POOR_SHARE * foresees_off(bench, nothing):
         return False
     return missed > POOR * noise_floors(bench, best.hypothesis, best.slack, seed=0)[1]
