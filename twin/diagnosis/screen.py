@@ -107,7 +107,7 @@ def _fitted(scene: Scene, starts: Sequence[Mechanism]) -> Candidate:
     candidates = [Candidate(starts[0], -np.inf)]
     for value, start in _ranked(scene, starts)[: starts[0].valleys]:
         candidates.append(_followed(scene, start, value, scene.fit.slack))
-    if starts[0].valleys > 1 and scene.fit.slack < FORGETFUL:
+    if isinstance(starts[0], SlightChange) and scene.fit.slack < FORGETFUL:
         # a filter that forgets likes none of them as they stand: in their own order, then
         for start in starts[: starts[0].valleys]:
             candidates.append(_followed(scene, start, -np.inf, FORGETFUL))
@@ -143,7 +143,7 @@ def _followed(scene: Scene, start: Mechanism, value: float, slack: float) -> Can
     if not start.parameters:
         return promised
     try:
-        found = fit(bench, fit0.hypothesis.including(start), slack, fit0.starts, iterations=3)
+        found = fit(bench, fit0.hypothesis.including(start), slack, fit0.starts, start.steps)
     except np.linalg.LinAlgError:
         return promised
     if slack != fit0.slack:

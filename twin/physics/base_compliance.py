@@ -39,6 +39,8 @@ class BaseCompliance(StructuralChange):
     }
     reference: ClassVar[str] = "Wolf 1985, Dynamic Soil-Structure Interaction"
     stage: ClassVar[int] = 0
+    valleys: ClassVar[int] = 4
+    steps: ClassVar[int] = 12  # a softer base is very nearly a softer storey
 
     stiffness: float = np.inf
     damping: float = 0.0
@@ -108,5 +110,5 @@ class BaseCompliance(StructuralChange):
                 around.mass,
                 around.mass,
             )
-            for share in (1.0, 5.0, 15.0, 35.0, 80.0, 200.0)
+            for share in (1.0, 5.0, 15.0, 25.0, 40.0, 65.0, 110.0, 200.0)
         )

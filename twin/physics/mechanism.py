@@ -87,6 +87,8 @@ class Mechanism(ABC):
     """Mechanisms of a lower stage edit first: masses and the base before what depends on them."""
     valleys: ClassVar[int] = 1
     """How many of its first guesses are worth following: more where the likelihood has valleys."""
+    steps: ClassVar[int] = 3
+    """How many Gauss-Newton steps each is followed for: more along curved ridges."""
     prior: ClassVar[Mapping[str, tuple[float, float]]] = {}
     """What is known of a parameter beforehand: mean and standard deviation."""
     fields_of: ClassVar[Mapping[str, str]] = {}
