@@ -1,0 +1,84 @@
+"""The page of the proof: everything on it comes from the results."""
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT))
+
+from experiments import condense_campaign, proof_page  # noqa: E402
+
+
+def result(table, effects, found, probability, verdict):
+    errors = {"nominal": 0.5, "calibrated": 0.2, "explained": 0.011, "noise_floor": 0.01}
+    fits = {"train": errors, "test": errors}
+    findings = [
+        {"mechanism": m, "location": p, "parameters": {}, "probability": probability}
+        for m, p in found
+    ]
+    truth = {
+        "table": table, "model": "two_storey_lumped", "expected": "missing_physics",
+        "effects": [
+            {"mechanism": m, "location": p, "parameters": {}, "form": ""} for m, p in effects
+        ],
+        "mechanism": effects[0][0] if effects else "none",
+        "location": effects[0][1] if effects else "", "parameters": {}, "form": "",
+        "noise": 0.01, "style": "linear", "effect_over_noise": 12.0 if effects else 0.0,
+    }  # fmt: skip
+    diagnosis = {
+        "verdict": verdict, "findings": findings, "alternatives": [], "fit": fits,
+        "fit_ahead": fits, "seconds": 11.0, "made_with": {"twin": "1"},
+    }  # fmt: skip
+    return {"truth": truth, "diagnosis": diagnosis, "reference": {"fit": 0.01, "fit_ahead": 0.01}}
+
+
+@pytest.fixture
+def campaign(tmp_path):
+    friction, cubic = ("coulomb_friction", "storey1"), ("cubic_stiffness", "storey2")
+    results = {
+        "case_0001": result("single", [friction], [friction], 0.98, "missing_physics"),
+        "case_0002": result("single", [cubic], [friction], 0.6, "missing_physics"),
+        "none_0001": result("none", [], [], None, "consistent"),
+        "pairs_0001": result("pairs", [friction, cubic], [cubic, friction], 0.9, "missing_physics"),
+    }
+    folder = tmp_path / "campaign"
+    (folder / "sealed").mkdir(parents=True)
+    digests = {name: f"{number:064x}" for number, name in enumerate(results)}
+    pieces = [{"written": "today", "command": "twin concealed --seed 5", "versions": {"twin": "1"},
+               "cases": 4}]  # fmt: skip
+    manifest = {"pieces": pieces, "sha256": digests}
+    (folder / "sealed" / "manifest.json").write_text(json.dumps(manifest))
+    lines = [{"campaign": "concealed cases of seed 5"}]
+    lines += [{"name": name, "result": one} for name, one in results.items()]
+    (folder / "results.jsonl").write_text("".join(json.dumps(line) + "\n" for line in lines))
+    return folder
+
+
+def test_condensed_results_keep_the_truth_s_digest_and_score_anew(campaign):
+    document = condense_campaign.condensed([campaign])
+    rows = {row["case"]: row for row in document["rows"]}
+    assert rows["case_0001"]["sha256"] == f"{0:064x}"
+    assert rows["case_0001"]["score"]["right"]
+    assert not rows["case_0002"]["score"]["right"]
+    assert rows["pairs_0001"]["score"]["right"], "both effects, in any order"
+    assert document["campaigns"][0]["pieces"][0]["command"] == "twin concealed --seed 5"
+
+
+def test_the_page_tells_rates_misses_and_commands(campaign, tmp_path):
+    results = tmp_path / "results"
+    results.mkdir()
+    text = condense_campaign.as_text(condense_campaign.condensed([campaign]))
+    (results / "concealed.json").write_text(text)
+    page = proof_page.write_page(results, tmp_path / "docs").read_text()
+    assert "4 laboratory frames" in page
+    assert "1 of 2 | 50" in page
+    assert (
+        "| case_0002 | single | cubic_stiffness storey2 | coulomb_friction storey1 | 0.6 |" in page
+    )
+    assert "twin concealed --seed 5" in page
+    assert "nan" not in page.lower()
+    for name in ("rates", "calibration", "fit_ratios", "confusion"):
+        assert (tmp_path / "docs" / "proof" / f"{name}.png").stat().st_size > 2000
