@@ -28,6 +28,7 @@ from experiments import proof_drawings as drawings  # noqa: E402
 from experiments.concealed.pictures import between, draw_confusion, number, percent  # noqa: E402
 from experiments.concealed.score import effects_of  # noqa: E402
 from experiments.concealed.summary import summarise  # noqa: E402
+from experiments.proof_sections import section  # noqa: E402
 from twin.files import folder, write_whole  # noqa: E402
 
 DPI = 110
@@ -213,7 +214,7 @@ def _sections(results: Path, pictures: Path) -> list[dict[str, Any]]:
         path = results / f"{name}.json"
         if not path.exists():
             continue
-        given = json.loads(path.read_text())
+        given = section(name, json.loads(path.read_text()))
         shown = list(given.get("pictures", []))
         if given.get("curves"):
             _save(drawings.limits(given["curves"]), pictures / f"{name}.png")

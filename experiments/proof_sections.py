@@ -1,0 +1,114 @@
+"""Sections of the proof's page out of results that are kept as numbers: real recordings, peers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+Section = dict[str, Any]
+
+
+def section(name: str, given: Mapping[str, Any]) -> Section:
+    """Return text, command, tables and curves of a section; as it is where it has them already."""
+    return dict(MADE[name](given)) if name in MADE else dict(given)
+
+
+def real(given: Mapping[str, Any]) -> Section:
+    """Return what the real recordings and the published systems gave."""
+    tables = []
+    if "silverbox" in given:
+        box = given["silverbox"]
+        rows = [(value, method) for method, value in box["published_error_mV"].items()]
+        rows += [(value, f"**this twin, {name}**") for name, value in box["error_mV"].items()]
+        tables.append(
+            {
+                "title": "Silverbox, measured: error on the growing arrow, trained on the "
+                f"multisines. Found: {_found(box)}",
+                "columns": ["Method", "RMS error [mV]"],
+                "rows": [[method, f"{value:.3g}"] for value, method in sorted(rows, reverse=True)],
+            }
+        )
+    if "bouc_wen" in given:
+        tables += _bouc_wen(given["bouc_wen"])
+    for name, title in (("f16", "F-16 ground vibration test, level 1"), ("robot_arm", "Robot arm")):
+        if name in given:
+            shares = [
+                [key, f"{100 * value:.2g} %"]
+                for key, value in given[name].items()
+                if isinstance(value, float) and key != "seconds"
+            ]
+            tables.append(
+                {"title": title, "columns": ["Share of the response (or of its power)", ""],
+                 "rows": shares}
+            )  # fmt: skip
+    text = (
+        "Recordings that nobody here made, and the Bouc-Wen benchmark generated from its published "
+        "equations. Published errors are those that the authors give; on the Bouc-Wen system they "
+        "are for the official test files, ours for realisations of the same kind."
+    )
+    return {"text": text, "command": "python experiments/real_diagnosis.py DATA", "tables": tables}
+
+
+def _bouc_wen(system: Mapping[str, Any]) -> list[Section]:
+    tables = []
+    for test, ours in system["rms_error_m"].items():
+        rows = [(value, f"**this twin, {name}**") for name, value in ours.items()]
+        if "multisine" in test:
+            rows += [(value, name) for name, value in system["published_rms_error_m"].items()]
+        tables.append(
+            {
+                "title": f"Bouc-Wen benchmark: {test}. Found: {_found(system)}",
+                "columns": ["Method", "RMS error [m]"],
+                "rows": [[name, f"{value:.3g}"] for value, name in sorted(rows, reverse=True)],
+            }
+        )
+    return tables
+
+
+def _found(part: Mapping[str, Any]) -> str:
+    named = [f"`{f['mechanism']}` at {f['location']}" for f in part["findings"]]
+    return ", ".join(named) or "nothing"
+
+
+def peers(given: Mapping[str, Any]) -> Section:
+    """Return what others said and reached on the same cases."""
+    cases = list(given["cases"].values())
+    methods = list(dict.fromkeys(key for row in cases for key in row if key != "truth"))
+    rows = []
+    for method in methods:
+        told = [row for row in cases if method in row]
+        right = sum(_same(row[method].get("says"), row["truth"]) for row in told)
+        rows.append(
+            [
+                method, f"{right} of {len(told)}",
+                *(f"{_median(told, method, key):.3g}" for key in ("free", "ahead")),
+                str(sum(row[method].get("free") is None for row in told)),
+            ]
+        )  # fmt: skip
+    text = (
+        f"The same training and test recordings, {len(cases)} cases, each package used as its "
+        "documentation says. Who has no such feature names nothing: `mujoco.sysid` fits parameters "
+        "that it is given, `sysidentpy` a polynomial of inputs and outputs, `pysindy` names terms of "
+        "a library of laws. What diverges counts as an infinite error in the medians."
+    )
+    columns = ["Method", "Mechanism and place right", "Free run, NRMSE, median",
+               "Two seconds ahead", "Diverged"]  # fmt: skip
+    return {
+        "text": text,
+        "command": "python benchmarks/diagnosis_peers.py FOLDER --cases 20",
+        "tables": [{"title": "", "columns": columns, "rows": rows}],
+    }
+
+
+def _same(says: Mapping[str, str] | None, truth: Mapping[str, Any]) -> bool:
+    return bool(says) and all(says[key] == truth[key] for key in ("mechanism", "location"))
+
+
+def _median(rows: list[Mapping[str, Any]], method: str, key: str) -> float:
+    values = [row[method].get(key) for row in rows]
+    return float(np.median([np.inf if v is None else v for v in values]))
+
+
+MADE: dict[str, Callable[[Mapping[str, Any]], Section]] = {"real": real, "peers": peers}
