@@ -90,8 +90,8 @@ def peers(given: Mapping[str, Any]) -> Section:
     text = (
         f"The same training and test recordings, {len(cases)} cases, each package used as its "
         "documentation says. Who has no such feature names nothing: `mujoco.sysid` fits parameters "
-        "that it is given, `sysidentpy` a polynomial of inputs and outputs, `pysindy` names terms of "
-        "a library of laws. What diverges counts as an infinite error in the medians."
+        "that it is given, `sysidentpy` a polynomial of inputs and outputs, `pysindy` names terms "
+        "of a library of laws. What diverges counts as an infinite error in the medians."
     )
     columns = ["Method", "Mechanism and place right", "Free run, NRMSE, median",
                "Two seconds ahead", "Diverged"]  # fmt: skip
