@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from twin.view.colours import FRAME, GROUND, IDENTIFIED, MEASURED, TRUE
 
@@ -135,6 +135,10 @@ def limits(curves: Rows) -> Figure:
         ax.set_xlabel(curve["x_label"], fontsize=8)
         ax.set_ylabel(curve["y_label"], fontsize=8)
         ax.grid(alpha=0.3, color=FRAME)
+        for axis in (ax.xaxis, ax.yaxis):
+            axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axis.set_major_formatter("{x:g}")
+            axis.set_minor_formatter(NullFormatter())
         ax.tick_params(labelsize=7)
     for ax in axes[len(curves) :]:
         ax.remove()

@@ -88,8 +88,8 @@ def write_page(results: Path, docs: Path) -> Path:
     return write_whole(docs / "PROOF.md", lambda part: part.write_text(text))
 
 
-def _save(figure: Figure, path: Path) -> None:
-    write_whole(path, lambda part: figure.savefig(part, dpi=DPI))
+def _save(figure: Figure, path: Path, dpi: int = DPI) -> None:
+    write_whole(path, lambda part: figure.savefig(part, dpi=dpi))
 
 
 def _facts(
@@ -217,7 +217,7 @@ def _sections(results: Path, pictures: Path) -> list[dict[str, Any]]:
         given = section(name, json.loads(path.read_text()))
         shown = list(given.get("pictures", []))
         if given.get("curves"):
-            _save(drawings.limits(given["curves"]), pictures / f"{name}.png")
+            _save(drawings.limits(given["curves"]), pictures / f"{name}.png", 75)
             shown.append(f"proof/{name}.png")
         keys = {key: given.get(key, "") for key in ("text", "command")}
         found.append({"title": title, **keys, "tables": given.get("tables", []), "pictures": shown})
