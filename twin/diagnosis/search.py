@@ -38,7 +38,7 @@ SEVERAL = 30.0
 OTHERWISE = 0.3
 """Share of an unmeasured force's drop of the BIC that another first mechanism must bring."""
 
-HALF = 0.5
+ENOUGH = 0.25
 """What runs better must also explain this share of the best fit's drop of the BIC."""
 
 LENIENT = 1.2
@@ -202,7 +202,7 @@ def _many(
         return bool(
             least > best.bic - SEVERAL
             and (
-                nothing.bic - least < HALF * _gain(nothing, best)
+                nothing.bic - least < ENOUGH * _gain(nothing, best)
                 or runs_off(bench, loose) > LENIENT * freely
             )
         )
@@ -217,7 +217,9 @@ def _many(
         if better.bic > found.bic - TIE:
             break
         found = better
-    freer = runs_off(bench, found) <= freely and _gain(nothing, found) > HALF * _gain(nothing, best)
+    freer = runs_off(bench, found) <= freely and _gain(nothing, found) > ENOUGH * _gain(
+        nothing, best
+    )
     if found.bic > best.bic - SEVERAL and not freer:
         return []
     out = []
