@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-pytest.importorskip("experiments.concealed", reason="experiments/ is not beside the tests")
 from experiments.concealed import campaign, pictures, steps
 from experiments.concealed import case as cases
 from experiments.concealed.case import generate

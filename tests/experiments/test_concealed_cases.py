@@ -5,7 +5,6 @@ import json
 import numpy as np
 import pytest
 
-pytest.importorskip("experiments.concealed", reason="experiments/ is not beside the tests")
 from experiments.concealed import absorbed, outside, pairs
 from experiments.concealed import case as cases
 from experiments.concealed.case import from_truth, generate, moved

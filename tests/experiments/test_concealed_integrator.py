@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-pytest.importorskip("experiments.concealed", reason="experiments/ is not beside the tests")
 from experiments.concealed.integrator import simulate
 from experiments.concealed.mechanisms import Mechanism, build, places
 from experiments.concealed.plans import FINE_HZ

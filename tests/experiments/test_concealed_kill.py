@@ -9,8 +9,6 @@ import time
 from pathlib import Path
 
 import pytest
-
-pytest.importorskip("experiments.concealed", reason="experiments/ is not beside the tests")
 import quick_campaign
 
 from experiments.concealed.kept import mend, read_kept

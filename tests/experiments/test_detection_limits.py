@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy.special import ndtri
 
-pytest.importorskip("experiments.concealed", reason="experiments/ is not beside the tests")
 from experiments import detection_limits as limits
 from experiments.detection_limits_probit import probit
 from experiments.detection_limits_report import document

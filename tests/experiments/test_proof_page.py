@@ -1,15 +1,13 @@
 """The page of the proof: everything on it comes from the results."""
 
 import json
-import sys
 from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT))
+from experiments import condense_campaign, proof_page
 
-from experiments import condense_campaign, proof_page  # noqa: E402
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def result(table, effects, found, probability, verdict):

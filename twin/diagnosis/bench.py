@@ -209,11 +209,9 @@ class Bench:
 
     def start_effects(self, hypothesis: Hypothesis, gains: Sequence[Gain]) -> list[Array]:
         """Return the innovations of unit initial states, one (n, samples, m) a trial."""
-        out = []
-        for trial, its in zip(self.trials, gains, strict=True):
-            plant = self.plant(trial, hypothesis.mechanisms)
-            out.append(effect_of_start(plant, its, trial.samples))
-        return out
+        plants = [row[0] for row in self._plants([hypothesis])]
+        trials = zip(self.trials, plants, gains, strict=True)
+        return [effect_of_start(plant, its, trial.samples) for trial, plant, its in trials]
 
 
 def corrected(trial: Trial, mechanisms: Sequence[Mechanism]) -> Trial:

@@ -177,6 +177,19 @@ def step_through(  # type: ignore[no-untyped-def]
                     x[i] = later[i]
 
 
+@numba.njit(nogil=True, cache=True)
+def march(columns, g, x):  # type: ignore[no-untyped-def]
+    """Fill x(k+1) = F x(k) + g(k) from x(0), (samples, n); F is given by its columns."""
+    n = len(columns)
+    for k in range(len(x) - 1):
+        for i in range(n):
+            x[k + 1, i] = g[k, i]
+        for j in range(n):
+            now = x[k, j]
+            for i in range(n):
+                x[k + 1, i] += columns[j, i] * now
+
+
 def numbers_of(variants: list[tuple[Law, ...]]) -> Any:
     """Return the laws' numbers, (variants, laws, MOST_NUMBERS)."""
     count = max(len(variants[0]), 1)

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
 
 from twin.diagnosis.plant import Sampled
 from twin.physics.mechanism import Law
@@ -107,33 +106,13 @@ def _stationary(A: Array, C: Array, Q: Array, R: Array, S: Array) -> Array:
 
 
 def recursion(F: Array, g: Array, start: Array | None = None) -> Array:
-    """Return x of x(k+1) = F x(k) + g(k), x(0) = start or zero, for all k, (samples, n).
+    """Return x of x(k+1) = F x(k) + g(k), x(0) = start or zero, for all k, (samples, n)."""
+    from twin.diagnosis.compiled import march
 
-    Solved in the modes of F, each a first-order filter.
-    """
-    poles, V = np.linalg.eig(F)
-    if not np.linalg.cond(V) < 1e10:
-        return _stepwise(F, g, start)
-    inverse = np.linalg.inv(V)
-    # of each conjugate pair one is enough
-    keep = np.flatnonzero(poles.imag >= 0)
-    weight = np.where(poles.imag[keep] > 0, 2.0, 1.0)
-    modal = g[:-1] @ inverse[keep].T
-    out = np.empty((len(g), len(keep)), complex)
-    out[0] = 0.0 if start is None else inverse[keep] @ start
-    for i, pole in enumerate(poles[keep]):
-        first = [pole * out[0, i]]
-        out[1:, i], _ = signal.lfilter([1.0], [1.0, -pole], modal[:, i], zi=first)
-    back = (V[:, keep] * weight).T
-    return np.asarray(out.real @ back.real - out.imag @ back.imag)
-
-
-def _stepwise(F: Array, g: Array, start: Array | None) -> Array:
     x = np.zeros((len(g), len(F)))
     if start is not None:
         x[0] = start
-    for k in range(len(g) - 1):
-        x[k + 1] = F @ x[k] + g[k]
+    march(np.ascontiguousarray(F.T, float), np.ascontiguousarray(g, float), x)
     return x
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from twin.errors import RecordingError
+from twin.formats.mat_elements import check_elements
 from twin.formats.named_arrays import (
     RATE,
     UNITS,
@@ -41,6 +42,7 @@ def read(path: Path) -> Table:
                 "or save it with -v7"
             )
     with decoding(path, "MAT"):
+        check_elements(path)
         listed = io.whosmat(path)
     classes = {name: kind for name, _, kind in listed}
 

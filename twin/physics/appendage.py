@@ -106,6 +106,8 @@ class Appendage(SlightChange):
     def reaction(self, rate: Array, step_s: float) -> Array:
         """Return m times its acceleration, as the floor's acceleration drives it [N]."""
         w = 2 * np.pi * self.frequency
-        damper = 2 * self.damping_ratio * w
-        b, a = signal.bilinear([damper, w**2], [1.0, damper, w**2], 1 / step_s)
+        damper, spring, c = 2 * self.damping_ratio * w * 2 / step_s, w**2, 4 / step_s**2
+        # (d s + w^2) / (s^2 + d s + w^2) with s = 2/T (z - 1)/(z + 1), Tustin
+        b = [damper + spring, 2 * spring, spring - damper]
+        a = [c + damper + spring, 2 * (spring - c), c - damper + spring]
         return np.asarray(self.mass * signal.lfilter(b, a, np.gradient(rate, step_s)))
