@@ -19,6 +19,7 @@ from scipy.fft import irfft, next_fast_len, rfft
 from .plans import FINE_HZ, SAMPLING_HZ
 from .rehearsal import COARSE, Rehearsal
 from .rig import Array
+from .whitener import Whitener, noise_path
 
 Spectrum = NDArray[np.complex128]
 
@@ -39,13 +40,13 @@ class _Recorded:
         samples: on the coarse grid.
         padded: the same with the silence after it.
         transfer: accelerations seen from the ground, per force, (frequencies, floors, floors).
-        whitener: undoes the noise's covariance, (frequencies at 256 Hz, channels, channels).
+        whitener: undoes the noise's covariance.
     """
 
     samples: int
     padded: int
     transfer: Spectrum
-    whitener: Spectrum
+    whitener: Whitener
 
 
 class Likelihood:
@@ -68,9 +69,7 @@ class Likelihood:
         """Return the recorded floors' outputs of all tests, (samples, floors), as one vector."""
         parts = []
         for one, output in zip(self._tests, outputs, strict=True):
-            sampled = output[::STRIDE, self.channels]
-            white = np.einsum("fij,fj->fi", one.whitener, rfft(sampled, axis=0))
-            parts.append(np.ascontiguousarray(white).ravel().view(float))
+            parts.append(one.whitener.of(output[::STRIDE, self.channels]).ravel())
         return np.concatenate(parts)
 
     def _prepared(self, i: int) -> _Recorded:
@@ -79,17 +78,12 @@ class Likelihood:
         padded = next_fast_len(len(seen) + round(RINGING_S * RATE), real=True)
         transfer = self._transfer(np.fft.rfftfreq(padded, 1 / RATE))
         sampled = seen[::STRIDE, self.channels]
-        count = len(sampled)
-        through = self._transfer(np.fft.rfftfreq(count, 1 / SAMPLING_HZ))
-        if test.floor:
-            through = through[:, self.channels, test.floor - 1]
-        else:
-            through = 1 - (through @ np.array(r.rig.masses))[:, self.channels]
-        own = np.diag(np.mean(sampled**2, axis=0))
-        driven = np.mean(r.drives[i] ** 2)
-        covariance = own + driven * through[:, :, None] * through[:, None, :].conj()
-        lower = np.linalg.cholesky(covariance * r.chain.noise**2 * count / 2)
-        return _Recorded(len(seen), padded, transfer, np.linalg.inv(lower))
+        noise = r.chain.noise
+        driven = noise * float(np.sqrt(np.mean(r.drives[i] ** 2)))
+        own = noise * np.sqrt(np.mean(sampled**2, axis=0))
+        system = noise_path(r.rig, test.floor, self.channels, 1 / SAMPLING_HZ)
+        whitener = Whitener.of_noise(*system, driven, own, len(sampled))
+        return _Recorded(len(seen), padded, transfer, whitener)
 
     def _transfer(self, frequency: Array) -> Spectrum:
         rig = self.rehearsal.rig
