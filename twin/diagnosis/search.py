@@ -198,6 +198,8 @@ def _many(
     freely = min(RUNS_LESS * runs_off(bench, best), REPRODUCIBLE)
 
     def hopeless(loose: Fit) -> bool:
+        if any(trial.added_mass for trial in bench.trials):
+            return False  # a weight that is left out shows now, and only beside the parameters
         least = -2 * loose.log_likelihood + 2 * np.log(bench.samples)
         return bool(
             least > best.bic - SEVERAL
