@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -131,6 +131,7 @@ def fit(
     starts: Sequence[Array] | None = None,
     iterations: int = 6,
     tolerance: float = 0.05,
+    slopes: Mapping[tuple[int, str], Sequence[Array]] | None = None,
 ) -> Fit:
     """Fit a hypothesis at a fixed slack by Gauss-Newton with a trust parameter.
 
@@ -141,6 +142,8 @@ def fit(
         starts: initial states to begin with, one (n,) a trial; found by least squares.
         iterations: at most.
         tolerance: stop when the log posterior gains less.
+        slopes: derivatives of the innovations that are taken as known, by index and name of the
+            unknown, one (samples, m) a trial; the others are found at each step.
 
     Raises:
         numpy.linalg.LinAlgError: no stationary filter, or one that runs away.
@@ -149,6 +152,12 @@ def fit(
     unknowns = problem.unknowns
     theta = hypothesis.vector(unknowns)
     size = np.array([u.size for u in unknowns])
+    known = {
+        i: slopes[u.index, u.name]
+        for i, u in enumerate(unknowns)
+        if slopes and (u.index, u.name) in slopes
+    }
+    free = [i for i in range(len(unknowns)) if i not in known]
     n = problem.Phi[0].shape[0]
     begin = fitting_starts(starts, n, len(bench.trials))
     found = problem.residuals(theta[None], begin)
@@ -157,12 +166,15 @@ def fit(
     trust = 1e-9
     H = np.eye(len(theta))
     for _ in range(iterations):
-        steps = np.diag(STEP * size)
-        found = problem.residuals(theta + steps, begin)
-        J = [
-            np.moveaxis((row - e[i][None]) / (STEP * size)[:, None, None], 0, -1)
-            for i, row in enumerate(found)
-        ]
+        steps = STEP * size[free]
+        found = problem.residuals(theta + np.diag(STEP * size)[free], begin)
+        J = []
+        for i, row in enumerate(found):
+            slope = np.empty((*e[i].shape, len(unknowns)))
+            slope[..., free] = np.moveaxis((row - e[i][None]) / steps[:, None, None], 0, -1)
+            for column, its in known.items():
+                slope[..., column] = its[i]
+            J.append(slope)
         if not all(np.isfinite(x).all() for x in (*e, *J)):
             raise np.linalg.LinAlgError("the filter's errors are not finite")
         H, gradient, solve_start = _normal(problem, begin, e, J, unknowns, theta)

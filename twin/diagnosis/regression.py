@@ -37,9 +37,10 @@ class Regression:
         Phi = bench.start_effects(fit0.hypothesis, fit0.gains)
         self.W = [np.linalg.inv(np.linalg.cholesky(S)).T for S in covariances(fit0.innovations)]
         J, e = [], []
+        slopes = []
         for i, own in enumerate(fit0.innovations):
-            d = (rows[i] - own[None]) / (STEP * size)[:, None, None] * size[:, None, None]
-            J.append(self.whitened(i, d))
+            slopes.append((rows[i] - own[None]) / (STEP * size)[:, None, None])
+            J.append(self.whitened(i, slopes[i] * size[:, None, None]))
             e.append((own @ self.W[i]).reshape(-1, 1))
         prior = np.diag([0.0 if np.isinf(u.prior_std) else u.size / u.prior_std for u in unknowns])
         mean = np.array([u.prior_mean for u in unknowns])
@@ -61,6 +62,7 @@ class Regression:
         self.target = np.concatenate([np.vstack(e)[:, 0], -pull])
         self.rest = self.target - self.Q @ (self.Q.T @ self.target)
         self.unknowns, self.theta, self.size = unknowns, theta, size
+        self.slopes = {(u.index, u.name): [d[c] for d in slopes] for c, u in enumerate(unknowns)}
 
     def whitened(self, trial: int, effects: Array) -> Array:
         """Return effects (p, samples, m) as columns of whitened samples, (samples m, p)."""

@@ -7,7 +7,7 @@ explains. What is linear is fitted at once.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -31,6 +31,7 @@ from twin.physics.mechanism import (
 from twin.physics.slight import SlightChange
 
 Array = NDArray[np.float64]
+Slopes = Mapping[tuple[int, str], Sequence[Array]]
 
 WORTH_FOLLOWING = 5.0
 """Gain in log likelihood that a slight change must promise along the motion to be followed."""
@@ -67,9 +68,9 @@ def screen(scene: Scene, without: Sequence[tuple[str, str]] = ()) -> list[Candid
             else:
                 slight = _slight(regression, cls, place, around)
                 if slight is None:
-                    out.append(_fitted(scene, starts))
+                    out.append(_fitted(regression, starts))
                 elif slight.gain > WORTH_FOLLOWING:
-                    out.append(_fitted(scene, (slight.mechanism, *starts)))
+                    out.append(_fitted(regression, (slight.mechanism, *starts)))
                 else:
                     out.append(slight)
     return sorted((c for c in out if np.isfinite(c.gain)), key=lambda c: -c.gain)
@@ -100,13 +101,14 @@ def _lost(start: Mechanism, bench: Bench) -> bool:
     return start.limit() is not None or start.filter_hz() is not None
 
 
-def _fitted(scene: Scene, starts: Sequence[Mechanism]) -> Candidate:
+def _fitted(regression: Regression, starts: Sequence[Mechanism]) -> Candidate:
     """Fit a linear mechanism from the best of its starts, in a few steps."""
+    scene, slopes = regression.scene, regression.slopes
     if isinstance(starts[0], ChannelFault) and starts[0].limit() is not None:
         return _clipped(scene, starts)
     candidates = [Candidate(starts[0], -np.inf)]
     for value, start in _ranked(scene, starts)[: starts[0].valleys]:
-        candidates.append(_followed(scene, start, value, scene.fit.slack))
+        candidates.append(_followed(scene, start, value, scene.fit.slack, slopes))
     if isinstance(starts[0], SlightChange) and scene.fit.slack < FORGETFUL:
         # a filter that forgets likes none of them as they stand: in their own order, then
         for start in starts[: starts[0].valleys]:
@@ -136,14 +138,21 @@ def _ranked(scene: Scene, starts: Sequence[Mechanism]) -> list[tuple[float, Mech
     return sorted(ranked, key=lambda pair: -pair[0])
 
 
-def _followed(scene: Scene, start: Mechanism, value: float, slack: float) -> Candidate:
-    """Follow one first guess for a few steps."""
+def _followed(
+    scene: Scene,
+    start: Mechanism,
+    value: float,
+    slack: float,
+    slopes: Slopes | None = None,
+) -> Candidate:
+    """Follow one first guess for a few steps, along known slopes for what was found before."""
     bench, fit0 = scene.bench, scene.fit
     promised = Candidate(start, value - fit0.log_likelihood)
     if not start.parameters:
         return promised
     try:
-        found = fit(bench, fit0.hypothesis.including(start), slack, fit0.starts, start.steps)
+        hypothesis = fit0.hypothesis.including(start)
+        found = fit(bench, hypothesis, slack, fit0.starts, start.steps, slopes=slopes)
     except np.linalg.LinAlgError:
         return promised
     if slack != fit0.slack:

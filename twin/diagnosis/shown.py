@@ -58,7 +58,10 @@ class Shown:
         near: dict[str, Errors] = {}
         traces: list[Trace] = []
         for role, bench in self.benches.items():
-            runs = {name: free_runs(twin, bench) for name, twin in self.twins.items()}
+            runs = {n: free_runs(self.twins[n], bench) for n in ("nominal", "explained")}
+            same = self.hypotheses["calibrated"][0] == self.hypotheses["explained"][0]
+            calibrated = runs["explained"] if same else free_runs(self.twins["calibrated"], bench)
+            runs["calibrated"] = list(calibrated)
             if self.approximate:
                 self.in_mujoco[role] = _finite(nrmse(bench.trials, runs["explained"]))
                 runs["explained"] = from_rest(bench, *self.hypotheses["explained"])
