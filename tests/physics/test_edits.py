@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from physics_support import RATE, error, integrate, push
 from scipy.integrate import solve_ivp
+from scipy.linalg import solve_continuous_lyapunov
 
 from twin import physics
 from twin.errors import ModelError
@@ -186,6 +187,25 @@ def test_an_unmeasured_force_has_its_strength_and_its_band():
     near = np.abs(frequency - 4.0) < 1.0
     assert power[near].sum() > 0.7 * power.sum()
     assert force.oscillator() == (4.0, 0.5, 0.3)
+
+
+@pytest.mark.parametrize(("frequency", "bandwidth"), [(2.4, 0.9), (2.4, 0.02), (30.0, 20.0)])
+def test_an_unmeasured_force_with_edges_has_all_its_power_between_them(frequency, bandwidth):
+    force = ALL["unmeasured_force"]("floor1", 0.3, frequency, bandwidth, 1.0)
+    A, b, c = force.shaping()
+    P = solve_continuous_lyapunov(A, -np.outer(b, b))
+    assert np.sqrt(c @ P @ c) == pytest.approx(0.3, rel=1e-9)
+    low, high = frequency - bandwidth / 2, frequency + bandwidth / 2
+
+    def density(f):
+        return abs(c @ np.linalg.solve(2j * np.pi * f * np.eye(len(A)) - A, b)) ** 2
+
+    top = density(np.sqrt(low * high))
+    assert density(low) == pytest.approx(top / 2, rel=1e-6)
+    assert density(high) == pytest.approx(top / 2, rel=1e-6)
+    assert density(high + bandwidth) < 1e-2 * top
+    history = force.realisation(4000, 20 * high, np.random.default_rng(1))
+    assert history.std() == pytest.approx(0.3, rel=0.5)
 
 
 def test_a_lab_s_own_mechanism_comes_by_its_entry_point(monkeypatch):

@@ -239,7 +239,9 @@ def steps_for(laws: Sequence[Law], plant: Sampled) -> int:
 
     Forces are straight lines within a step, so it must be short against the fastest oscillation.
     """
-    fastest = float(np.max(np.abs(np.angle(np.linalg.eigvals(plant.A))))) / (2 * np.pi)
+    model = plant.plant.model
+    squares = np.linalg.eigvals(np.linalg.solve(model.M, model.K)).real
+    fastest = float(np.sqrt(max(np.max(squares), 0.0))) * plant.step_s / (2 * np.pi)
     least = ABRUPT_STEPS if any(law.abrupt for law in laws) else STEPS
     return max(least, math.ceil(PER_PERIOD * fastest)) if laws else 1
 

@@ -1,8 +1,8 @@
 """The linear part of a hypothesis as a state space with all that may enter it.
 
 States are the places' displacements and velocities, then one state for every high-pass in a
-channel and two for every disturbance. Inputs are the measured ones, the forces of the laws, and
-white force noise on every coordinate.
+channel and those of every disturbance's filter. Inputs are the measured ones, the forces of the
+laws, and white force noise on every coordinate.
 """
 
 from __future__ import annotations
@@ -190,10 +190,9 @@ def _grown(plant: Plant, block: Array, into: Array) -> Plant:
 
 
 def _with_disturbance(plant: Plant, mechanism: Disturbance, outputs: Sequence[str]) -> Plant:
-    """Add a random oscillator s'' + a s' + w^2 s = noise whose s acts at the place."""
-    frequency, bandwidth, rms = mechanism.oscillator()
-    a, square = 2 * np.pi * bandwidth, (2 * np.pi * frequency) ** 2
-    model = plant.model
+    """Add the filter that shapes a force from white noise; the force acts at the place."""
+    block, drive, shape = mechanism.shaping()
+    k, model = len(drive), plant.model
     shaken = mechanism.place == "ground" and "ground" not in model.coordinates
     if shaken:
         force = -model.M @ np.array([float(c != "pendulum") for c in model.coordinates])
@@ -201,22 +200,20 @@ def _with_disturbance(plant: Plant, mechanism: Disturbance, outputs: Sequence[st
         force = floor_vector(model, mechanism.place)
     n = len(model.coordinates)
     acceleration = np.linalg.solve(model.M, force)
-    into = np.zeros((len(plant.A), 2))
-    into[n : 2 * n, 0] = acceleration
+    into = np.zeros((len(plant.A), k))
+    into[n : 2 * n] = np.outer(acceleration, shape)
     if shaken:
         acceleration = acceleration + 1.0  # accelerometers see the ground's motion too
-    block = np.array([[0.0, 1.0], [-square, -a]])
     grown = _grown(plant, block, into)
     C = grown.C.copy()
     for row, name in enumerate(outputs):
         kind, place = name.split("_", 1)
         if kind == "acc" and place in model.coordinates:
-            C[row, -2] += acceleration[model.coordinates.index(place)]
+            C[row, -k:] += acceleration[model.coordinates.index(place)] * shape
         elif kind == "acc" and place == "ground" and shaken:
-            C[row, -2] += 1.0
-    # stationary variance of s is q / (2 a w^2)
+            C[row, -k:] += shape
     column = np.zeros((len(grown.A), 1))
-    column[-1] = rms * np.sqrt(2 * a * square)
+    column[-k:, 0] = drive
     drive = np.hstack([grown.drive, column])
     return Plant(
         grown.A, grown.B, C, grown.D, grown.E, grown.F, grown.G, grown.L, drive,
@@ -249,6 +246,7 @@ class Sampled:
         G: entry of force noise that is white from sample to sample, (n, coordinates).
         Q: covariance of the disturbances' contribution, (n, n).
         plant: the continuous plant, for its outputs.
+        step_s: from sample to sample [s].
     """
 
     A: Array
@@ -259,6 +257,7 @@ class Sampled:
     G: Array
     Q: Array
     plant: Plant
+    step_s: float
 
 
 def sampled(plant: Plant, step_s: float, held: bool = False) -> Sampled:
@@ -286,6 +285,7 @@ def sampled(plant: Plant, step_s: float, held: bool = False) -> Sampled:
         first[:, k + e :],
         Q,
         plant,
+        step_s,
     )
 
 

@@ -106,23 +106,34 @@ def from_rest(bench: Bench, hypothesis: Hypothesis, slack: float) -> list[Array]
     return out
 
 
-def strength_of(bench: Bench, hypothesis: Hypothesis, slack: float) -> dict[int, float]:
-    """Return the RMS of every disturbance as the recordings show it, by its index in ``found``."""
-    positions: dict[int, int] = {}
+def unmeasured(
+    bench: Bench, hypothesis: Hypothesis, slack: float, starts: Sequence[Array] = ()
+) -> dict[int, list[Array]]:
+    """Return the disturbances as the recordings show them, one (samples,) a trial.
+
+    By their index in ``found``; the first quarter, in which the filter finds them, is left out.
+    """
+    shapes: dict[int, tuple[int, Array]] = {}
     at = 2 * len(bench.plant(bench.trials[0], hypothesis.mechanisms).plant.model.coordinates)
     for mechanism in hypothesis.mechanisms:
         if isinstance(mechanism, Disturbance):
-            positions[hypothesis.found.index(mechanism)] = at
-            at += 2
+            shape = mechanism.shaping()[2]
+            shapes[hypothesis.found.index(mechanism)] = at, shape
+            at += len(shape)
         elif isinstance(mechanism, ChannelFault) and mechanism.filter_hz() is not None:
             at += 1
-    if not positions:
+    if not shapes:
         return {}
-    seen = [x for _, _, x, _ in filtered(bench, hypothesis, slack, ())]
-    # the filter needs a while to find a disturbance that was there from the start
-    settled = [x[len(x) // 4 :] for x in seen]
-    whole = np.concatenate(settled)
-    return {i: float(np.sqrt(np.mean(whole[:, p] ** 2))) for i, p in positions.items()}
+    seen = [x[len(x) // 4 :] for _, _, x, _ in filtered(bench, hypothesis, slack, starts)]
+    return {i: [x[:, p : p + len(c)] @ c for x in seen] for i, (p, c) in shapes.items()}
+
+
+def strength_of(bench: Bench, hypothesis: Hypothesis, slack: float) -> dict[int, float]:
+    """Return the RMS of every disturbance as the recordings show it, by its index in ``found``."""
+    return {
+        i: float(np.sqrt(np.mean(np.concatenate(histories) ** 2)))
+        for i, histories in unmeasured(bench, hypothesis, slack).items()
+    }
 
 
 def _recorded(trial: Trial, sound: Trial, predicted: Array, hypothesis: Hypothesis) -> Array:

@@ -10,6 +10,7 @@ import numpy as np
 from twin.diagnosis.base import level
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.fitting import Fit
+from twin.diagnosis.heard import best_of_each, elsewhere
 from twin.diagnosis.locating import locate
 from twin.diagnosis.motion import motion_of
 from twin.diagnosis.refining import refined, with_slack
@@ -92,7 +93,10 @@ def next_stage(
             fits.append(found)
             if found.slack <= LITTLE < current.slack:
                 enough = max(enough, RIVAL * candidate.gain)
-    fits.sort(key=lambda f: f.bic)
+    leading = min(fits, key=lambda f: f.bic, default=None)
+    if leading is not None and leading.bic < current.bic - DECISIVE:
+        fits += elsewhere(bench, leading)
+    fits = best_of_each(fits)
     if fits:
         # in a tie the simplest is named first, a changed part before missing physics
         tied = [f for f in fits if f.bic < fits[0].bic + TIE]

@@ -189,15 +189,15 @@ class Law(Mechanism):
 
 @dataclass(frozen=True)
 class Disturbance(Mechanism):
-    """An unmeasured force (on the ground: acceleration) as a random oscillator.
-
-    s'' + 2 pi b s' + (2 pi f)^2 s = white noise, with stationary standard deviation ``rms``; b, the
-    bandwidth, tends to zero for a sinusoid.
-    """
+    """An unmeasured force (on the ground: an acceleration): white noise through a filter."""
 
     @abstractmethod
     def oscillator(self) -> tuple[float, float, float]:
-        """Return frequency f [Hz], bandwidth b [Hz] and rms [N, or m/s^2 at the ground]."""
+        """Return frequency [Hz], bandwidth [Hz] and rms [N, or m/s^2 at the ground]."""
+
+    @abstractmethod
+    def shaping(self) -> tuple[Array, Array, Array]:
+        """Return A (k, k), b (k,) and c (k,): s' = A s + b w, the force is c^T s."""
 
 
 @dataclass(frozen=True)
