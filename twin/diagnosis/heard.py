@@ -14,8 +14,11 @@ from twin.diagnosis.predict import unmeasured
 from twin.diagnosis.refining import refined
 from twin.physics.unmeasured_force import UnmeasuredForce
 
-SINUSOID = 0.01
-"""Bandwidth, as a share of the frequency, below which a force has no edges to speak of."""
+SAMPLES = 4096
+"""Of a piece of the spectrum in which a band's edges are looked for."""
+
+LINES = 3
+"""Lines of that spectrum within which a force is a sinusoid, without edges to speak of."""
 
 BROAD_HZ = 0.5
 """Bandwidth from which on a force takes up whatever there is, wherever it acts."""
@@ -63,18 +66,18 @@ def _edged(bench: Bench, found: Fit) -> list[UnmeasuredForce]:
     """Return the force with the band in which it was heard, if it has one."""
     own = found.hypothesis.found[-1]
     assert isinstance(own, UnmeasuredForce)
-    if own.edged or own.bandwidth < SINUSOID * own.frequency:
+    if own.edged:
         return []
     index = len(found.hypothesis.found) - 1
     heard = unmeasured(bench, found.hypothesis, found.slack, found.starts)[index]
-    pieces = min(1024, *(len(x) for x in heard))
+    pieces = min(SAMPLES, *(len(x) for x in heard))
     rate = 1 / bench.step_s
     power = sum(signal.welch(x, rate, nperseg=pieces)[1] for x in heard)
     frequency = np.fft.rfftfreq(pieces, bench.step_s)
     share = np.cumsum(power) / np.sum(power)
     low, high = np.interp([TAIL, 1 - TAIL], share, frequency)
     rms = float(np.sqrt(np.mean(np.concatenate(heard) ** 2)))
-    if not (high > low > 0 and rms > 0):
+    if not (high - low > LINES * frequency[1] and low > 0 and rms > 0):
         return []
     middle, width = float(low + high) / 2, float(high - low)
     return [replace(own, rms=rms, frequency=middle, bandwidth=width, edged=1.0)]
