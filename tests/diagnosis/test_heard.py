@@ -11,11 +11,12 @@ from twin import physics
 from twin.diagnosis.base import base_hypothesis
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.filtering import recursion
-from twin.diagnosis.heard import best_of_each, elsewhere
+from twin.diagnosis.heard import alike, best_of_each, elsewhere, even_odds
 from twin.diagnosis.plant import build, sampled
 from twin.diagnosis.refining import refined
 
 Force = physics.mechanisms()["unmeasured_force"]
+CUBIC = physics.mechanisms()["cubic_stiffness"]
 OUTPUTS = ("acc_floor1", "acc_floor2")
 BAND_HZ = (2.0, 2.4)
 
@@ -62,3 +63,28 @@ def test_a_broad_force_is_left_where_it_was_found(bench):
     broad = base_hypothesis(TWO).including(Force("floor2", 0.3, 2.2, 3.0))
     found = replace(refined(bench, [broad], 1e-4, rounds=0), hypothesis=broad)
     assert elsewhere(bench, found) == []
+
+
+def at(bench, place, *before):
+    base = base_hypothesis(TWO).including(*before, Force(place, 0.3, 2.2, 0.1))
+    return refined(bench, [base], 1e-4, rounds=0)
+
+
+def test_a_force_on_the_lowest_floor_and_a_shaken_ground_are_the_same_to_sensors_above(bench):
+    fits = [at(bench, place) for place in ("floor1", "floor2", "ground")]
+    assert alike(bench, fits[0], fits[2])
+    assert not alike(bench, fits[0], fits[1])
+    assert even_odds(bench, fits, [0.9, 0.08, 0.02]) == pytest.approx([0.46, 0.08, 0.46])
+
+
+def test_one_sensor_does_not_tell_where_an_unmeasured_force_acts(bench):
+    one = [replace(t, outputs=t.outputs[1:], y=t.y[:, 1:], output_noise=[2e-3])
+           for t in bench.trials]  # fmt: skip
+    lone = replace(bench, trials=tuple(one))
+    assert alike(lone, at(lone, "floor1"), at(lone, "floor2"))
+
+
+def test_other_mechanisms_keep_their_odds(bench):
+    plain = refined(bench, [base_hypothesis(TWO).including(CUBIC("storey1", 5.0))], 1e-4, rounds=0)
+    fits = [plain, at(bench, "floor1"), at(bench, "ground")]
+    assert even_odds(bench, fits, [0.9, 0.08, 0.02]) == [0.9, 0.08, 0.02]

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import signal
 
 from twin import physics
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.fitting import Fit
+from twin.diagnosis.plant import build
 from twin.diagnosis.predict import unmeasured
 from twin.diagnosis.refining import refined
+from twin.diagnosis.trials import SHAKE_TABLE
+from twin.physics.mechanism import Disturbance
 from twin.physics.unmeasured_force import UnmeasuredForce
 
 SAMPLES = 4096
@@ -22,6 +27,9 @@ LINES = 3
 
 BROAD_HZ = 0.5
 """Bandwidth from which on a force takes up whatever there is, wherever it acts."""
+
+ALIKE = 1e-4
+"""Departure from proportion that no recording shows."""
 
 TAIL = 0.02
 """Share of the power that lies below, and above, the edges of a band."""
@@ -81,3 +89,44 @@ def _edged(bench: Bench, found: Fit) -> list[UnmeasuredForce]:
         return []
     middle, width = float(low + high) / 2, float(high - low)
     return [replace(own, rms=rms, frequency=middle, bandwidth=width, edged=1.0)]
+
+
+def even_odds(bench: Bench, fits: Sequence[Fit], chances: Sequence[float]) -> list[float]:
+    """Return probabilities in which places that no sensor tells apart share theirs evenly.
+
+    Sensors above a place feel a force there and a motion of the ground in the same proportion at
+    every frequency: only the shape of a spectrum that nobody knows favours either.
+    """
+    out = list(chances)
+    same = [i for i, fit in enumerate(fits) if i == 0 or alike(bench, fits[0], fit)]
+    for i in same:
+        out[i] = sum(chances[j] for j in same) / len(same)
+    return out
+
+
+def alike(bench: Bench, one: Fit, other: Fit) -> bool:
+    """Return whether two fits end with unmeasured forces that all sensors feel in proportion."""
+    forces = one.hypothesis.found[-1], other.hypothesis.found[-1]
+    if not all(isinstance(force, Disturbance) for force in forces):
+        return False
+    if one.hypothesis.labels[:-1] != other.hypothesis.labels[:-1]:
+        return False
+    felt = [_felt(bench, force.place) for force in forces]
+    inner = np.abs(np.sum(felt[0].conj() * felt[1], axis=1))
+    size = np.linalg.norm(felt[0], axis=1) * np.linalg.norm(felt[1], axis=1)
+    return bool(np.all(inner > (1 - ALIKE) * size))
+
+
+def _felt(bench: Bench, place: str) -> NDArray[np.complex128]:
+    """Return what the sensors feel of a place at frequencies about the modes, (.., outputs)."""
+    model, outputs = bench.model, bench.trials[0].outputs
+    shaken = place == "ground" and "ground" not in model.coordinates
+    plant = build(model, (), (SHAKE_TABLE if shaken else f"force_{place}",), outputs)
+    own = np.sqrt(np.abs(np.linalg.eigvals(np.linalg.solve(model.M, model.K))))
+    eye = np.eye(len(plant.A))
+    return np.array(
+        [
+            (plant.C @ np.linalg.solve(1j * w * eye - plant.A, plant.B) + plant.D)[:, 0]
+            for w in np.geomspace(own.min() / 3, 3 * own.max(), 20)
+        ]
+    )

@@ -13,6 +13,7 @@ from twin.diagnosis.base import storey_values
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.evidence import probabilities, probability_over
 from twin.diagnosis.fitting import Fit
+from twin.diagnosis.heard import even_odds
 from twin.diagnosis.predict import strength_of
 from twin.diagnosis.refining import refined
 from twin.diagnosis.result import Finding, NextExperiment, Verdict
@@ -44,7 +45,7 @@ def findings_of(found: Found) -> tuple[tuple[Finding, ...], tuple[Finding, ...]]
     strengths = strength_of(found.bench, best.hypothesis, best.slack)
     for number in range(count):
         stage = found.stages[number]
-        chances = probabilities(stage.fits)
+        chances = even_odds(found.bench, stage.fits, probabilities(stage.fits))
         mine = best.hypothesis.found[number]
         if number in strengths:
             mine = mine.with_values({"rms": strengths[number]})
