@@ -19,7 +19,7 @@ from twin.diagnosis.filtering import (
 )
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.plant import Sampled, build, laws_of, sampled
-from twin.diagnosis.trials import Trial
+from twin.diagnosis.trials import MOTOR, Trial
 from twin.physics.mechanism import ChannelFault, Law, Mechanism
 from twin.second_order import SecondOrderModel
 
@@ -64,6 +64,12 @@ class Bench:
         return 1 / self.trials[0].sampling_hz
 
     @property
+    def held(self) -> NDArray[np.bool_]:
+        """Which inputs are held from sample to sample, (r,)."""
+        names = self.trials[0].inputs
+        return np.array([self.between == "held" or n.startswith(MOTOR) for n in names], bool)
+
+    @property
     def samples(self) -> int:
         """Samples of all trials."""
         return sum(trial.samples for trial in self.trials)
@@ -84,7 +90,7 @@ class Bench:
     def plant(self, trial: Trial, mechanisms: Sequence[Mechanism], steps: int = 1) -> Sampled:
         """Return the sampled plant of a hypothesis for a trial."""
         whole = build(trial.base(self.model), mechanisms, trial.inputs, trial.outputs)
-        return sampled(whole, self.step_s / steps, held=self.between == "held")
+        return sampled(whole, self.step_s / steps, held=self.held)
 
     def _plants(self, variants: Sequence[Hypothesis], steps: int = 1) -> list[list[Sampled]]:
         """Return plants[trial][variant]; recordings with the same masses share them."""
@@ -130,7 +136,7 @@ class Bench:
         second[1:-1] = np.diff(u, 2, axis=0)
         fourth = np.zeros_like(u)
         fourth[2:-2] = np.diff(u, 4, axis=0)
-        return u - second / 12 + fourth / 90
+        return u - np.where(self.held, 0.0, second / 12 - fourth / 90)
 
     def innovations(
         self,
@@ -203,6 +209,7 @@ class Bench:
                 limits,
                 steps,
                 self.step_s,
+                held=self.held,
             )
 
         return [one(number) for number in range(len(self.trials))]
@@ -215,13 +222,14 @@ class Bench:
 
 
 def corrected(trial: Trial, mechanisms: Sequence[Mechanism]) -> Trial:
-    """Return the trial with all channel faults taken back that can be."""
+    """Return the trial with all channel faults taken back that can be, and motors' faults done."""
     faults = [m for m in mechanisms if isinstance(m, ChannelFault) and _changes_data(m)]
     if not faults:
         return trial
     columns = trial.columns
     for fault in reversed(faults):
-        columns = {**columns, **fault.undo(columns, trial.sampling_hz)}
+        sound = fault.distort if fault.of_motor else fault.undo
+        columns = {**columns, **sound(columns, trial.sampling_hz)}
     return trial.with_columns(columns)
 
 

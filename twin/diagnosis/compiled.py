@@ -75,7 +75,7 @@ def stepper(laws: tuple[type[Law], ...], counts: tuple[int, ...]) -> Callable[..
 @numba.njit(nogil=True, cache=True)
 def step_through(  # type: ignore[no-untyped-def]
     forces, flows, A, B0, B1, E0, E1, C, D, F, drift, rate, Kf, Kw, u, smooth, y, start, limits,
-    numbers, memory, begin_s, steps, step_s, innovations, states, memories,
+    numbers, memory, begin_s, steps, step_s, ramps, innovations, states, memories,
 ):  # fmt: skip
     """Fill innovations, states and memories of one trial, all variants."""
     count = F.shape[2]
@@ -141,7 +141,7 @@ def step_through(  # type: ignore[no-untyped-def]
                         total += A[v, i, l] * x[l]
                     for l in range(r):  # noqa: E741
                         a = smooth[w, k, l]
-                        b = smooth[w, last, l] - a
+                        b = ramps[l] * (smooth[w, last, l] - a)
                         total += B0[v, i, l] * (a + low * b) + B1[v, i, l] * (a + high * b)
                     if q == steps - 1:
                         for o in range(m):

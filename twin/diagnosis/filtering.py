@@ -177,6 +177,7 @@ def with_laws(
     step_s: float,
     memory: Array | None = None,
     begin_s: float = 0.0,
+    held: NDArray[np.bool_] | None = None,
 ) -> tuple[Array, Array, Array]:
     """Return innovations, predicted states and memories of a plant with laws on one trial.
 
@@ -193,6 +194,7 @@ def with_laws(
         step_s: sampling interval [s].
         memory: the laws' internal states at the start, (laws,), or zero.
         begin_s: time of the first sample [s].
+        held: which inputs do not change within a sample, (r,); none by default.
 
     Returns:
         Innovations (variants, samples, m), states x(k|k-1) (variants, samples, n) and internal
@@ -227,6 +229,7 @@ def with_laws(
         begin_s,
         steps,
         step_s,
+        np.ones(u.shape[-1]) if held is None else 1.0 - held,
         innovations,
         states,
         memories,

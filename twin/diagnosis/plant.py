@@ -242,7 +242,7 @@ class Sampled:
     """A plant between samples: x+ = A x + B0 u + B1 u+ + E0 f + E1 f+, and noise entries.
 
     Attributes:
-        A, B0, B1, E0, E1: inputs are linear between samples (B1 = 0: held).
+        A, B0, B1, E0, E1: inputs are linear between samples (a column of B1 that is zero: held).
         G: entry of force noise that is white from sample to sample, (n, coordinates).
         Q: covariance of the disturbances' contribution, (n, n).
         plant: the continuous plant, for its outputs.
@@ -260,8 +260,8 @@ class Sampled:
     step_s: float
 
 
-def sampled(plant: Plant, step_s: float, held: bool = False) -> Sampled:
-    """Discretise exactly for inputs that are linear (or held) between samples."""
+def sampled(plant: Plant, step_s: float, held: bool | NDArray[np.bool_] = False) -> Sampled:
+    """Discretise exactly for inputs that are linear between samples, or held: all, or each (r,)."""
     n = len(plant.A)
     inputs = np.hstack([plant.B, plant.E, plant.G])
     r = inputs.shape[1]
@@ -276,10 +276,11 @@ def sampled(plant: Plant, step_s: float, held: bool = False) -> Sampled:
     Q = np.zeros((n, n))
     if plant.drive.shape[1]:
         Q = _noise_integral(plant.A, plant.drive @ plant.drive.T, step_s)
+    ramp = np.broadcast_to(~np.asarray(held, bool), (k,))
     return Sampled(
         A,
-        first[:, :k] if held else zero[:, :k],
-        0 * one[:, :k] if held else one[:, :k],
+        np.where(ramp, zero[:, :k], first[:, :k]),
+        np.where(ramp, one[:, :k], 0.0),
         zero[:, k : k + e],
         one[:, k : k + e],
         first[:, k + e :],

@@ -41,7 +41,7 @@ def _run(
     limits = limits_of(hypothesis.mechanisms, trial.outputs)[None]
     e, x, z = with_laws(
         [plant], gain, [laws], trial.u[None], bench.smooth(trial.u)[None], trial.y[None],
-        start, limits, steps, bench.step_s, memory, begin_s,
+        start, limits, steps, bench.step_s, memory, begin_s, bench.held,
     )  # fmt: skip
     return e[0], x[0], z[0]
 

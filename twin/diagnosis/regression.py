@@ -94,7 +94,7 @@ class Regression:
         for i, trial in enumerate(bench.trials):
             found = fit0.hypothesis.including(entry).mechanisms
             whole = build(trial.base(bench.model), found, trial.inputs, trial.outputs)
-            plant = sampled(whole, bench.step_s, bench.between == "held")
+            plant = sampled(whole, bench.step_s, bench.held)
             effects = effects_of_forces(plant, fit0.gains[i], 0, histories[i])
             parts.append(self.whitened(i, effects))
         X = np.vstack([*parts, np.zeros((len(self.unknowns), len(starts)))])

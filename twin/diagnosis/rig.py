@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis.bench import Bench, Between, corrected
-from twin.diagnosis.trials import SHAKE_TABLE, Trial
+from twin.diagnosis.trials import MOTOR, SHAKE_TABLE, Trial
 from twin.errors import ModelError
 from twin.model import Twin
 from twin.physics.mass import Mass
@@ -79,11 +79,17 @@ def free_run(twin: Twin, trial: Trial, between: Between) -> Array:
     fine = max(1, math.ceil(max(1 / FINEST_S, FINEST * highest) / trial.sampling_hz - 1e-9))
     rate = trial.sampling_hz
     u = sound.u
+    motor = np.array([name.startswith(MOTOR) for name in trial.inputs], bool)
     if between == "band_limited":
-        u, rate = resample(u, rate, rate * fine), rate * fine
-        u = np.vstack([u, np.repeat(u[-1:], fine - 1, axis=0)])
-    elif between == "held":
-        u, rate = np.repeat(u, HELD_STEPS, axis=0), rate * HELD_STEPS
+        whole = resample(u, rate, rate * fine)
+        whole = np.vstack([whole, np.repeat(whole[-1:], fine - 1, axis=0)])
+        u, rate = np.where(motor, np.repeat(u, fine, axis=0), whole), rate * fine
+    elif between == "held" or motor.any():
+        held = np.repeat(u, HELD_STEPS, axis=0)
+        at = np.arange(len(held)) / HELD_STEPS
+        straight = np.column_stack([np.interp(at, np.arange(len(u)), c) for c in u.T])
+        u = held if between == "held" else np.where(motor, held, straight)
+        rate *= HELD_STEPS
     loaded = twin_with(twin, [Mass(place, kg) for place, kg in trial.added_mass.items()])
     columns = dict(zip(trial.inputs, u.T, strict=True))
     table = columns.pop(SHAKE_TABLE, None)

@@ -17,6 +17,9 @@ Array = NDArray[np.float64]
 SHAKE_TABLE = "acc_ground"
 """The input of a recording without any force: the ground's acceleration."""
 
+MOTOR = "torque_"
+"""How the names of inputs begin that a controller gives: held from sample to sample, always."""
+
 
 @dataclass(frozen=True)
 class Trial:
@@ -87,6 +90,8 @@ def trial(
     u = np.column_stack([columns.get(c, np.zeros(length)) for c in inputs])
     y = np.column_stack([columns[c] for c in outputs])
     noise_u, noise_y = (np.array([noise_floor(c) for c in table.T]) for table in (u, y))
+    # a command is known as it was given; its steps are no noise
+    noise_u[[name.startswith(MOTOR) for name in inputs]] = 0.0
     return Trial(
         name,
         sampling_hz,
