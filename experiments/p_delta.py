@@ -6,17 +6,23 @@ storey; a mass bolted on changes the weight and not the spring.
 
 from __future__ import annotations
 
+import argparse
+import json
 import sys
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 from twin.diagnosis.diagnose import diagnose
 from twin.diagnosis.result import Diagnosis
+from twin.files import write_whole
 from twin.instruments import Instrument
 from twin.laboratory import Analyser, Experiment, Hammer, RandomShaking, perform
 from twin.model import Twin
 from twin.physics.mass import Mass
 from twin.recording import Recording
 
+TARGET = Path(__file__).resolve().parent / "results" / "p_delta.json"
 NOISE = 0.005
 BAND_HZ = (0.5, 12.0)
 
@@ -45,8 +51,31 @@ def show(diagnosis: Diagnosis) -> None:
         print(f"  ({diagnosis.next_experiment.reason})")
 
 
+def kept(diagnosis: Diagnosis) -> dict[str, Any]:
+    """Return what was said, as plain types."""
+    advice = diagnosis.next_experiment
+    return {
+        "verdict": diagnosis.verdict,
+        "findings": [
+            {"mechanism": f.mechanism.name, "location": f.location, "probability": f.probability}
+            for f in diagnosis.findings
+        ],
+        "ties": [
+            {"mechanism": f.mechanism.name, "location": f.location, "probability": f.probability,
+             "delta_bic": f.delta_bic}
+            for f in diagnosis.alternatives
+            if f.mechanism.name in ("p_delta", "stiffness")
+        ],
+        "unseen_error": diagnosis.fit.test.explained,
+        "next_experiment": advice.command if advice is not None else None,
+    }  # fmt: skip
+
+
 def main() -> None:
     """Diagnose without and with a recording of the frame with a mass added."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--to", type=Path, default=TARGET)
+    given = parser.parse_args()
     rig, model = Twin.load("two_storey"), Twin.load("two_storey_lumped")
     train = [
         record(rig, Hammer(0.008, 2.0), "floor1", 1),
@@ -63,6 +92,9 @@ def main() -> None:
     print("with 0.44 kg added to floor2 in one more recording")
     second = diagnose(model, [*train, extra], test, added_mass={extra.source: {"floor2": 0.44}})
     show(second)
+    said = {"as it stands": kept(first), "with 0.44 kg added to floor2": kept(second)}
+    text = json.dumps({"command": "python experiments/p_delta.py", "said": said}, indent=1) + "\n"
+    write_whole(given.to, lambda part: part.write_text(text))
     names = [f.mechanism.name for f in second.findings]
     sys.exit(0 if "p_delta" in names else 1)
 

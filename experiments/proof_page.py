@@ -2,9 +2,9 @@
 
     python experiments/proof_page.py [--results DIR] [--docs DIR]
 
-Needs concealed.json (``condense_campaign.py``). detection_limits.json, real.json and peers.json
-each add a section where they are: ``text``, ``command``, ``tables`` (a list of ``title``,
-``columns``, ``rows``), ``pictures`` (paths below the docs), ``curves`` (``proof_drawings.limits``).
+Needs concealed.json (``condense_campaign.py``). Each further file that ``SECTIONS`` names adds a
+section where it is: ``text``, ``command``, ``tables`` (a list of ``title``, ``columns``, ``rows``),
+``pictures`` (paths below the docs), ``curves`` (``proof_drawings.limits``).
 """
 
 from __future__ import annotations
@@ -47,11 +47,11 @@ ABOUT = {
     "ground": ("one effect, only the ground shaken", "mechanism and place first"),
     "three_storeys": ("one effect in three storeys", "mechanism and place first"),
     "five_storeys": ("one effect in five storeys", "mechanism and place first"),
-    "flexible": ("what the flexible frame has and the lumped lacks", "mechanism and place first"),
-    "controlled": ("one effect of the pendulum, in closed loop", "mechanism and place first"),
 }
 SECTIONS = {
     "detection_limits": "Detection limits",
+    "p_delta": "Gravity on a flexible frame",
+    "controlled": "A controlled run that falls short",
     "real": "Real recordings",
     "peers": "Peers on the same cases",
 }
