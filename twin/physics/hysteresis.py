@@ -135,10 +135,10 @@ class Hysteresis(Law):
 
     @classmethod
     def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:
-        """Return joints that carry some or most of the storey and slip at small to large drifts."""
+        """Return joints that slip at small to large drifts, smoothly or all at once."""
+        k = 0.3 * around.stiffness
         return tuple(
             cls(place, k, k * part * rms(around.drift), n, k, shape, around.stiffness)
-            for k in (0.15 * around.stiffness, 0.6 * around.stiffness)
-            for part in (0.15, 0.4, 0.8, 1.5)
-            for n, shape in ((2.0, 0.5), (1.0, -0.5))
+            for part in (0.1, 0.25, 0.5, 0.8, 1.4)
+            for n, shape in ((2.0, 0.5), (1.0, -0.5), (20.0, 0.5))
         )
