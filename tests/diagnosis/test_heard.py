@@ -12,8 +12,10 @@ from twin.diagnosis.base import base_hypothesis
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.filtering import recursion
 from twin.diagnosis.heard import alike, best_of_each, elsewhere, even_odds
+from twin.diagnosis.judging import felt_alike
 from twin.diagnosis.plant import build, sampled
 from twin.diagnosis.refining import refined
+from twin.diagnosis.result import Finding
 
 Force = physics.mechanisms()["unmeasured_force"]
 CUBIC = physics.mechanisms()["cubic_stiffness"]
@@ -88,3 +90,15 @@ def test_other_mechanisms_keep_their_odds(bench):
     plain = refined(bench, [base_hypothesis(TWO).including(CUBIC("storey1", 5.0))], 1e-4, rounds=0)
     fits = [plain, at(bench, "floor1"), at(bench, "ground")]
     assert even_odds(bench, fits, [0.9, 0.08, 0.02]) == [0.9, 0.08, 0.02]
+
+
+def test_places_that_are_felt_alike_are_said_together():
+    first = Finding(Force("floor1", 0.3, 2.2, 0.1), {}, 0.46)
+    others = (Finding(Force("ground", 0.3, 2.2, 0.1), {}, 0.46, 3.0),
+              Finding(Force("floor2", 0.3, 2.2, 0.1), {}, 0.08, 9.0))  # fmt: skip
+    assert felt_alike((first,), others) == (
+        "unmeasured_force: the sensors feel floor1 and ground alike; one more accelerometer tells",
+    )
+    assert felt_alike((first,), others[1:]) == ()
+    spring = Finding(CUBIC("storey1", 5.0), {}, 0.46)
+    assert felt_alike((spring,), others) == ()

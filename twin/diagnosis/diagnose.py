@@ -13,7 +13,7 @@ from twin.diagnosis.base import DAMPING_TOLERANCE, TOLERANCE, base_hypothesis
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.detection import detect
 from twin.diagnosis.fitting import Fit, fit
-from twin.diagnosis.judging import advice, findings_of, verdict_of
+from twin.diagnosis.judging import advice, felt_alike, findings_of, verdict_of
 from twin.diagnosis.pictures import force_pictures
 from twin.diagnosis.prepare import prepare
 from twin.diagnosis.result import (
@@ -104,7 +104,8 @@ def diagnose(
     clock("simulating the recordings")
     shown = Shown(ready, found, calibrated, seed)
     fits, fits_ahead, traces = shown.fits()
-    notes = ready.notes + _notes(findings, found.bench) + shown.notes()
+    notes = ready.notes + _notes(findings, found.bench) + felt_alike(findings, alternatives)
+    notes += shown.notes()
     clock("drawing the missing force")
     places = _places(found, findings)
     # with the explained twin's own masses and stiffnesses: those of the calibrated one are bent

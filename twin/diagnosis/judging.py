@@ -62,6 +62,19 @@ def findings_of(found: Found) -> tuple[tuple[Finding, ...], tuple[Finding, ...]]
     return tuple(parts), tuple(alternatives)
 
 
+def felt_alike(findings: Sequence[Finding], alternatives: Sequence[Finding]) -> tuple[str, ...]:
+    """Say which places of an unmeasured force no sensor tells apart."""
+    notes = []
+    for finding in findings:
+        name, odds = finding.mechanism.name, finding.probability
+        alike = (a for a in alternatives if (a.mechanism.name, a.probability) == (name, odds))
+        same = [a.location for a in alike]
+        if isinstance(finding.mechanism, Disturbance) and same:
+            places = " and ".join([finding.location, *same])
+            notes.append(f"{name}: the sensors feel {places} alike; one more accelerometer tells")
+    return tuple(notes)
+
+
 def _parted(finding: Finding, bench: Bench) -> list[Finding]:
     """Return a joint that takes more or less stiffness than it gives back, and the difference.
 
