@@ -112,7 +112,7 @@ def _median(rows: list[Mapping[str, Any]], method: str, key: str) -> float:
 
 
 def p_delta(given: Mapping[str, Any]) -> Section:
-    """Return what was said of the flexible frame with gravity, before and after a mass was added."""
+    """Return what was said of the flexible frame, before and after a mass was added."""
     rows = []
     for when, one in given["said"].items():
         tied = [f"`{t['mechanism']}` at {t['location']} ({t['probability']:.2f})"

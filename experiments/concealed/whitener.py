@@ -74,10 +74,10 @@ class Whitener:
             samples: of the recording.
         """
         enter, seen = driven * B, driven * D
-        gains, roots = _riccati(
-            A, C, enter @ enter.T, seen @ seen.T + np.diag(own**2), enter @ seen.T, samples
-        )
-        return cls(np.ascontiguousarray(A), np.ascontiguousarray(C), gains, roots)
+        covariances = enter @ enter.T, seen @ seen.T + np.diag(own**2), enter @ seen.T
+        dense = [np.ascontiguousarray(matrix, float) for matrix in (A, C, *covariances)]
+        gains, roots = _riccati(*dense, samples)
+        return cls(dense[0], dense[1], gains, roots)
 
     def of(self, outputs: Array) -> Array:
         """Return outputs (samples, m) in units of the noise, (samples, m)."""
