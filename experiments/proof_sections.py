@@ -151,7 +151,7 @@ def controlled(given: Mapping[str, Any]) -> Section:
     text = (
         "The pendulum absorber in closed loop under its LQG controller, on an integrator of its "
         "own; torques in N m, delays in s. The reduction of the top floor's motion falls short of "
-        "what the twin as it stands foretells; with what was named, the twin foretells the lab's."
+        "what the twin as it stands foretells; with the mechanism that was named it comes nearer."
     )
     columns = ["Concealed", "True", "Named first", "Found", "Probability", "Reduction in the lab",
                "As the twin stands", "Explained"]  # fmt: skip

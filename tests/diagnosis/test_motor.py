@@ -5,6 +5,7 @@ import pytest
 from diagnosis_support import RATE, error, motion, rng, tones
 
 from twin import physics
+from twin.diagnosis.base import surroundings
 from twin.diagnosis.bench import Bench, corrected
 from twin.diagnosis.filtering import Gain
 from twin.diagnosis.fitting import fit
@@ -81,3 +82,12 @@ def test_a_motor_s_delay_is_found():
     start = Hypothesis((), (), (ALL["motor_delay"]("pendulum", 2 / RATE),))
     found = fit(bench, start, 1e-3, iterations=12).hypothesis.found[0]
     assert found.delay == pytest.approx(LATE / RATE, rel=0.02)
+
+
+def test_a_motor_s_first_guesses_go_by_its_command():
+    bench = bench_of(recording())
+    still = {"pendulum": np.zeros(8), "rate pendulum": np.zeros(8)}
+    around = surroundings(bench, still, {}, "pendulum")
+    np.testing.assert_array_equal(around.reading, bench.trials[0].u[:, 1])
+    starts = ALL["motor_deadband"].starts("pendulum", around)
+    assert all(start.torque > 0 for start in starts)

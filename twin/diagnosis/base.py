@@ -99,7 +99,7 @@ def surroundings(
         known = bench.ground_mass > 0
         mass = bench.ground_mass if known else float(M[floors].sum())
     key = f"storey{number}"
-    channel = place.split("+")[0]
+    channel = "torque_pendulum" if place == "pendulum" else place.split("+")[0]
     readings = [t.columns[channel] for t in bench.trials if channel in t.columns]
     where = place if place in motion else key
     frequencies = np.sqrt(np.maximum(np.linalg.eigvals(np.linalg.solve(model.M, model.K)).real, 0))
