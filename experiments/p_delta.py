@@ -2,6 +2,7 @@
 
 Weight above a storey takes stiffness from it. On one frame that cannot be told from a softer
 storey; a mass bolted on changes the weight and not the spring.
+Writes experiments/results/p_delta.json.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Sections of the proof's page out of results that are kept as numbers: real recordings, peers."""
+"""Sections of the proof's page out of results that are kept as numbers."""
 
 from __future__ import annotations
 

@@ -73,8 +73,8 @@ def _slope(state, push, torque, floor, M, R, K, n, m, l, J, c, friction):  # typ
 def advance(state, force, torque, floor, step, M, R, K, n, m, l, J, c, friction):  # type: ignore[no-untyped-def]  # noqa: E741
     """Integrate by RK4 over force (steps + 1,) and torque (steps,), held within a step.
 
-    Returns the accelerations at the first instant, all states (steps, 2n + 2), accelerations
-    (steps, n + 1) at each step's beginning, and the last state.
+    Returns states (steps, 2n + 2) and accelerations (steps, n + 1) at each step's beginning, and
+    the state after the last.
     """
     steps = len(torque)
     states, seen = np.empty((steps, 2 * n + 2)), np.empty((steps, n + 1))

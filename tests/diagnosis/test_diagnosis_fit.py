@@ -160,3 +160,27 @@ def test_innovations_that_are_not_finite_are_never_likely():
     e[7, 1] = np.nan
     assert log_likelihood([e]) == -np.inf
     assert log_likelihood([np.ones((50, 2))]) == -np.inf
+
+
+def test_slopes_that_are_known_lead_to_the_same_place():
+    bench = bench_of(exact_trial(true_mechanisms(), noise=0.01))
+    start = base_hypothesis(TWO, 0.05, 0.3)
+    first = fit(bench, start, QUIET, iterations=1)
+    found = fit(bench, first.hypothesis, QUIET, first.starts, iterations=12)
+    theta = first.hypothesis.vector(first.unknowns)
+    slopes = {}
+    for i, unknown in enumerate(first.unknowns[:-1]):
+        step = 1e-4 * unknown.size
+        moved = first.hypothesis.at(first.unknowns, theta + step * np.eye(len(theta))[i])
+        rows = bench.innovations([moved], first.gains, first.starts)
+        here = bench.innovations([first.hypothesis], first.gains, first.starts)
+        slopes[unknown.index, unknown.name] = [
+            (a[0] - b[0]) / step for a, b in zip(rows, here, strict=True)
+        ]
+    known = fit(bench, first.hypothesis, QUIET, first.starts, iterations=12, slopes=slopes)
+    assert known.log_posterior == pytest.approx(found.log_posterior, abs=0.5)
+    wrong = {key: [0 * slope for slope in its] for key, its in slopes.items()}
+    stuck = fit(bench, first.hypothesis, QUIET, first.starts, iterations=12, slopes=wrong)
+    names = [(u.index, u.name) for u in first.unknowns]
+    still = stuck.hypothesis.vector(first.unknowns) - theta
+    assert np.abs(still[[names.index(key) for key in wrong]]).max() < 1e-2

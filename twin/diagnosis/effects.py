@@ -51,10 +51,8 @@ def effect_of_start(plant: Sampled, gains: Gain, samples: int) -> Array:
     n, m = len(F), len(C)
     poles, V = np.linalg.eig(F)
     if not np.linalg.cond(V) < 1e10:
-        steps = [np.eye(n)]
-        for _ in range(samples - 1):
-            steps.append(F @ steps[-1])
-        return -np.moveaxis(C @ np.array(steps), 2, 0)
+        still = np.zeros((samples, n))
+        return -np.array([recursion(F, still, unit) @ C.T for unit in np.eye(n)])
     keep = np.flatnonzero(poles.imag >= 0)
     weight = np.where(poles.imag[keep] > 0, 2.0, 1.0)
     parts = np.einsum("op,pn->pno", C @ V[:, keep] * weight, np.linalg.inv(V)[keep])
