@@ -120,6 +120,31 @@ def test_a_file_with_drag_can_be_read_again_with_its_ground_fast_or_free():
         assert error(other.columns["acc_floor2"], one.columns["acc_floor2"]) < 1e-3
 
 
+@pytest.mark.parametrize("rate", [200, 256, 1000])
+def test_a_storey_that_friction_holds_stays_as_stiff_as_if_it_were_welded(rate):
+    """At steps of 1 ms it chatters instead, with accelerations 0.4 times the frame's."""
+    model = LUMPED.second_order()
+    friction = ALL["coulomb_friction"]("storey2", 5.0)
+    force = np.interp(np.arange(rate * 1.4) / rate, np.arange(1500) / 1000, push(1500))
+    found = LUMPED.including(friction).simulate({"force_floor2": force}, rate, len(force))
+    both = np.ones(2)
+    m, r, k = (both @ matrix @ both for matrix in (model.M, model.R, model.K))
+
+    def slope(t, state):
+        return state[1], (
+            np.interp(t * rate, np.arange(len(force)), force) - r * state[1] - k * state[0]
+        ) / m
+
+    times = np.arange(len(force)) / rate
+    welded = solve_ivp(
+        slope, (0, times[-1]), [0, 0], t_eval=times, rtol=1e-9, atol=1e-12, max_step=1 / rate
+    ).y
+    true = np.array([slope(t, state)[1] for t, state in zip(times, welded.T, strict=True)])
+    for floor in ("floor1", "floor2"):
+        assert error(found.columns[f"disp_{floor}"], welded[0]) < 3e-3
+        assert error(found.columns[f"acc_{floor}"], true) < 0.02
+
+
 def test_dry_friction_in_the_bearing_slows_the_pendulum_as_integrated():
     twin = Twin.load("two_storey_absorber")
     friction = ALL["pendulum_friction"]("pendulum", 2e-4, 1e-4)

@@ -223,10 +223,13 @@ def test_the_exported_file_moves_the_same_in_plain_mujoco(mechanism, tmp_path):
             data.ctrl[index] = 1.0
     force, found = push(600), np.empty((600, 2))
     motor, sensors = data.actuator("force_floor2"), [data.sensor(f"disp_{f}") for f in FLOORS]
-    for k in range(600):
-        motor.ctrl[:] = (force[k] + force[min(k + 1, 599)]) / 2
+    steps = round(1 / (RATE * model.opt.timestep))
+    middles = (np.arange(600 * steps) + 0.5) / steps
+    for k, value in enumerate(np.interp(middles, np.arange(600), force)):
+        motor.ctrl[:] = value
         mujoco.mj_step(model, data)
-        found[k] = [sensor.data[0] for sensor in sensors]
+        if k % steps == 0:
+            found[k // steps] = [sensor.data[0] for sensor in sensors]
     true = simulated(twin, 600)[0]
     # the file's clamp is soft, its force a staircase
     assert error(found, true) < (5e-4 if getattr(mechanism, "abrupt", False) else 1e-4)

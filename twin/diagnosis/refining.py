@@ -92,6 +92,10 @@ def refined(
     # the last start is the neutral one: not the best to begin with, but without a bent base
     others = sorted(starts[:-1], key=lambda h: -_posterior(bench, h, slack, states))[:1]
     tried = [_begun(bench, h, slack, states, iterations) for h in (*others, starts[-1])]
+    own = max(bench.slacks, key=lambda s: _posterior(bench, starts[-1], s, states))
+    if own < slack / 35:
+        # where the model before was wrong by far, its slack hides what the new one is good for
+        tried.append(_begun(bench, starts[-1], own, states, iterations))
     best = max(tried, key=lambda f: f.log_posterior)
     for _ in range(rounds):
         near = [s for s in bench.slacks if best.slack / 35 < s < best.slack * 35]

@@ -53,7 +53,7 @@ class CoulombFriction(Law):
 
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Add a tendon along the drift with dry friction: it sticks as the ideal law does."""
-        add_friction(add_drift_tendon(spec, self.place, self.name), self.sliding_force)
+        add_friction(spec, add_drift_tendon(spec, self.place, self.name), self.sliding_force)
 
     @classmethod
     def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:

@@ -13,9 +13,14 @@ from twin.errors import ModelError, available
 BASE_JOINT = "base_compliance"
 """The slide joint that gives a clamped ground its compliance."""
 
-FRICTION_SOLREF = (-1.0, -1e4)
+FRICTION_SOLREF = (-1.0, -3e3)
 FRICTION_SOLIMP = (0.999, 0.999, 0.001, 0.5, 2.0)
-"""Solver settings of dry friction: 0.07 % off the ideal law at 1 ms; MuJoCo's defaults 5.7 %."""
+FRICTION_STEP = 5e-4
+"""Solver settings of dry friction and the longest step [s] at which what sticks stays at rest.
+
+What sticks creeps at the rate that would stop in 1/3000 s; Runge-Kutta steps of more than
+2.8/3000 s make it chatter, at accelerations as large as those of the frame.
+"""
 
 _NUMBERED = re.compile(r"^(?:storey|floor)([1-9][0-9]*)$")
 
@@ -92,8 +97,10 @@ def pendulum_joint(spec: mujoco.MjSpec) -> Any:
     )
 
 
-def add_friction(element: Any, force: float) -> None:
-    """Give a joint or a tendon a dry friction [N, N m]."""
+def add_friction(spec: mujoco.MjSpec, element: Any, force: float) -> None:
+    """Give a joint or a tendon a dry friction [N, N m], and the model steps that it can stick in."""
+    if force:
+        spec.option.timestep = min(spec.option.timestep, FRICTION_STEP)
     element.frictionloss = force
     element.solref_friction = FRICTION_SOLREF
     element.solimp_friction = FRICTION_SOLIMP

@@ -48,7 +48,7 @@ class PendulumFriction(Law):
         at_pendulum(self)
         joint = pendulum_joint(spec)
         if self.torque:
-            add_friction(joint, float(joint.frictionloss) + self.torque)
+            add_friction(spec, joint, float(joint.frictionloss) + self.torque)
 
     @classmethod
     def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:
