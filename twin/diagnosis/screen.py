@@ -21,6 +21,7 @@ from twin.diagnosis.fitting import fit, gains_of, log_likelihood
 from twin.diagnosis.refining import with_disturbances, with_slack
 from twin.diagnosis.regression import Regression
 from twin.diagnosis.scene import Candidate, Scene
+from twin.physics.base_compliance import BaseCompliance
 from twin.physics.mechanism import (
     ChannelFault,
     Disturbance,
@@ -113,8 +114,8 @@ def _fitted(regression: Regression, starts: Sequence[Mechanism]) -> Candidate:
         # a filter that forgets likes none of them as they stand: in their own order, then
         for start in starts[: starts[0].valleys]:
             candidates.append(_followed(scene, start, -np.inf, FORGETFUL))
-    if isinstance(starts[0], ChannelFault) and bent(scene.fit.hypothesis):
-        # what the base was bent for may have been this fault: from a straight one, too
+    if isinstance(starts[0], ChannelFault | BaseCompliance) and bent(scene.fit.hypothesis):
+        # what the base was bent for may have been this: from a straight one, too
         best = max(candidates, key=lambda c: c.gain).mechanism
         straight = replace(scene, fit=replace(scene.fit, hypothesis=level(scene.fit.hypothesis)))
         for start in (*starts[:MOST_STRAIGHT], best):

@@ -17,6 +17,8 @@ from twin.diagnosis.prepare import Prepared
 from twin.diagnosis.result import Errors, Fits, Trace
 from twin.diagnosis.rig import free_runs, twin_with
 from twin.diagnosis.search import Found
+from twin.diagnosis.unnamed import foresees_off
+from twin.physics.mechanism import Disturbance
 
 Array = NDArray[np.float64]
 
@@ -31,16 +33,19 @@ class Shown:
             "test": replace(ready.test, between=found.bench.between),
         }
         bare = replace(found.nothing.hypothesis, base=(), tolerance=())
+        foreseeing = _foreseeing(found.bench, found.best, calibrated)
         self.hypotheses: dict[str, tuple[Hypothesis, float]] = {
             "nominal": (bare, found.nothing.slack),
             "calibrated": (calibrated.hypothesis, calibrated.slack),
-            "explained": (found.best.hypothesis, found.best.slack),
+            "explained": foreseeing,
         }
+        self.explained = replace(found.best.hypothesis, base=foreseeing[0].base)
         self.approximate = any(law.approximate for law in laws_of(found.best.hypothesis.found))
         self.in_mujoco: dict[str, float] = {}
-        self.twins = {
-            name: twin_with(ready.twin, h.mechanisms) for name, (h, _) in self.hypotheses.items()
+        shown = {name: h for name, (h, _) in self.hypotheses.items()} | {
+            "explained": self.explained
         }
+        self.twins = {name: twin_with(ready.twin, h.mechanisms) for name, h in shown.items()}
 
     def notes(self) -> tuple[str, ...]:
         """Say where the MuJoCo model only comes near the law that was fitted."""
@@ -59,14 +64,14 @@ class Shown:
         traces: list[Trace] = []
         for role, bench in self.benches.items():
             runs = {n: free_runs(self.twins[n], bench) for n in ("nominal", "explained")}
-            same = self.hypotheses["calibrated"][0] == self.hypotheses["explained"][0]
+            same = self.hypotheses["calibrated"][0] == self.explained
             calibrated = runs["explained"] if same else free_runs(self.twins["calibrated"], bench)
             runs["calibrated"] = list(calibrated)
             if self.approximate:
                 self.in_mujoco[role] = _finite(nrmse(bench.trials, runs["explained"]))
-                runs["explained"] = from_rest(bench, *self.hypotheses["explained"])
+                runs["explained"] = from_rest(bench, self.explained, self.found.best.slack)
             windows = {n: ahead(bench, h, s) for n, (h, s) in self.hypotheses.items()}
-            floors = noise_floors(bench, *self.hypotheses["explained"], seed=self.seed)
+            floors = noise_floors(bench, self.explained, self.found.best.slack, seed=self.seed)
             free[role] = _errors(bench, runs, floors[0])
             near[role] = _errors(bench, windows, floors[1])
             for number, trial in enumerate(bench.trials):
@@ -86,6 +91,27 @@ class Shown:
                     )
                 )
         return Fits(free["train"], free["test"]), Fits(near["train"], near["test"]), tuple(traces)
+
+
+def _foreseeing(bench: Bench, best: Fit, calibrated: Fit) -> tuple[Hypothesis, float]:
+    """Return the hypothesis and slack that foresee the training recordings best.
+
+    A sinusoid that nobody measured can be foreseen, broad noise cannot: then the filter that leaves
+    it to its slack, or the twin that was calibrated without it, may know the state better.
+    """
+    whole = best.hypothesis
+    laws = tuple(m for m in whole.found if not isinstance(m, Disturbance))
+    options = [(whole, best.slack)]
+    if len(laws) < len(whole.found):
+        options += [(replace(whole, found=laws), slack) for slack in bench.slacks]
+    if whole.found and not laws:
+        options.append((calibrated.hypothesis, calibrated.slack))
+    if len(options) == 1:
+        return options[0]
+    missed = [
+        foresees_off(bench, replace(best, hypothesis=h, slack=s, starts=())) for h, s in options
+    ]
+    return options[int(np.argmin(missed))]
 
 
 def _errors(bench: Bench, outputs: Mapping[str, Sequence[Array]], floor: float) -> Errors:

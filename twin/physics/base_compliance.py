@@ -100,15 +100,12 @@ class BaseCompliance(StructuralChange):
 
     @classmethod
     def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:
-        """Return bases from as soft as the first storey to a hundred times as stiff."""
-        critical = 2 * (around.stiffness * around.mass) ** 0.5
+        """Return bases that resonate where something stands out, and from soft to stiff ones."""
+        heard = [around.mass * (2 * np.pi * f) ** 2 - around.stiffness for f in around.peaks]
+        shares = (1.0, 5.0, 15.0, 25.0, 40.0, 65.0, 110.0, 200.0)
+        supports = [(k, 0.01) for k in heard if k > 0]
+        supports += [(share * around.stiffness, 0.02) for share in shares]
         return tuple(
-            cls(
-                place,
-                share * around.stiffness,
-                0.02 * share**0.5 * critical,
-                around.mass,
-                around.mass,
-            )
-            for share in (1.0, 5.0, 15.0, 25.0, 40.0, 65.0, 110.0, 200.0)
+            cls(place, k, 2 * ratio * (k * around.mass) ** 0.5, around.mass, around.mass)
+            for k, ratio in supports
         )

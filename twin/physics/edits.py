@@ -98,7 +98,7 @@ def pendulum_joint(spec: mujoco.MjSpec) -> Any:
 
 
 def add_friction(spec: mujoco.MjSpec, element: Any, force: float) -> None:
-    """Give a joint or a tendon a dry friction [N, N m], and the model steps that it can stick in."""
+    """Give a joint or a tendon dry friction [N, N m], and the model steps that it can stick in."""
     if force:
         spec.option.timestep = min(spec.option.timestep, FRICTION_STEP)
     element.frictionloss = force
