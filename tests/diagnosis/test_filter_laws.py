@@ -164,3 +164,52 @@ def test_dry_friction_takes_the_free_decay_down_by_four_f_over_k_a_cycle():
     )[1][0]  # fmt: skip
     peaks = x[::40, 0]
     np.testing.assert_allclose(peaks, 0.03 - 4 * force / K1 * np.arange(5), rtol=5e-3)
+
+
+def welded_and_slid(force, limit, fine=400):
+    """Accelerations of the two floors with ideal dry friction in storey 2: held, or at its limit.
+
+    Steps so small that a first-order one will do: the friction is what stops the drift within it,
+    as far as it goes (Moreau 1988).
+    """
+    inverse, b = np.linalg.inv(TWO.M), np.array([-1.0, 1.0])
+    x, v, out, dt = np.zeros(2), np.zeros(2), [], 1 / (RATE * fine)
+    held = 0
+    for k in range(len(force) - 1):
+        for j in range(fine):
+            u = force[k] + (force[k + 1] - force[k]) * j / fine
+            free = inverse @ (np.array([0, u]) - TWO.R @ v - TWO.K @ x)
+            needed = (b @ v / dt + b @ free) / (b @ inverse @ b)
+            a = free - inverse @ b * np.clip(needed, -limit, limit)
+            if j == 0:
+                out.append(a)
+            v = v + dt * a
+            x = x + dt * v
+            held += abs(needed) < limit
+    return np.array(out), held / (fine * len(out))
+
+
+def test_a_storey_sticks_in_the_filter_as_ideal_friction_lets_it():
+    force = tones(600, seed=2, scale=0.6)
+    true, held = welded_and_slid(force, 0.9)
+    assert 0.3 < held < 0.9, "it sticks a good part of the time, and slides"
+    u = np.column_stack([np.zeros(600), force])
+
+    def felt(blur, steps):
+        law = ALL["coulomb_friction"]("storey2", 0.9, blur)
+        return -run([(law,)], u, np.zeros((600, 3)), steps)[0][0][:-1, :2]
+
+    assert error(felt(1e-6, 16), true) < 0.01
+    assert error(felt(1e-6, 4), true) < 0.06
+    assert error(felt(1e-6, 16), true) < error(felt(1e-6, 4), true) < error(felt(1e-2, 4), true)
+
+
+def test_friction_in_two_storeys_holds_both_at_once():
+    force = tones(400, seed=2, scale=0.3)
+    laws = tuple(ALL["coulomb_friction"](f"storey{i}", 50.0, 1e-6) for i in (1, 2))
+    u = np.column_stack([np.zeros(400), force])
+    e, x, z = run([laws], u, np.zeros((400, 3)), 4)
+    assert np.abs(x).max() < 1e-6
+    assert np.abs(e[0, :, :2]).max() < 1e-3 * np.abs(force).max()
+    # each storey carries the push from above to the ground
+    np.testing.assert_allclose(z[0], np.column_stack([force, force]), atol=1e-3)

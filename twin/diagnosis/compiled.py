@@ -19,6 +19,9 @@ from twin.physics.mechanism import Law
 MOST_NUMBERS = 24
 """Fields that a law may have."""
 
+SWEEPS = 12
+"""Where several storeys stick, each feels what the others hold: so often in turn (Gauss-Seidel)."""
+
 
 # pointers to compiled functions are old enough, whatever Numba calls them
 warnings.filterwarnings("ignore", "First-class function type feature")
@@ -73,11 +76,64 @@ def stepper(laws: tuple[type[Law], ...], counts: tuple[int, ...]) -> Callable[..
 
 
 @numba.njit(nogil=True, cache=True)
+def hold(sticks, numbers, pull_x, pull_u, pull_f, rate, x, u, h, f, z):  # type: ignore[no-untyped-def]
+    """Fill in the forces of what sticks or slides at this instant: at rest, what holds it there.
+
+    A rate that is left decays over ``regular_rate`` / (F w) [s], or within a step ``h``.
+    """
+    for _ in range(SWEEPS if sticks.sum() > 1 else 1):
+        for j in range(len(f)):
+            if not sticks[j]:
+                continue
+            speed, free = 0.0, 0.0
+            for i in range(len(x)):
+                speed += rate[j, i] * x[i]
+                free += pull_x[j, i] * x[i]
+            for i in range(len(u)):
+                free += pull_u[j, i] * u[i]
+            for i in range(len(f)):
+                if i != j:
+                    free += pull_f[j, i] * f[i]
+            w, most = -pull_f[j, j], numbers[j, 0]
+            stop = min(most / numbers[j, 1], 1 / (w * h))
+            f[j] = min(max(free / w + speed * stop, -most), most)
+            z[j] = f[j]
+
+
+@numba.njit(nogil=True, cache=True)
+def hold_over(sticks, numbers, E0, E1, rate, x, free, f):  # type: ignore[no-untyped-def]
+    """Add to the state after a step what friction, constant over it, does: at most it stops."""
+    for j in range(len(f)):
+        if sticks[j]:
+            f[j] = 0.0
+    for _ in range(SWEEPS if sticks.sum() > 1 else 1):
+        for j in range(len(f)):
+            if not sticks[j]:
+                continue
+            before, after, own = 0.0, 0.0, 0.0
+            for i in range(len(x)):
+                before += rate[j, i] * x[i]
+                after += rate[j, i] * free[i]
+                own -= rate[j, i] * (E0[i, j] + E1[i, j])
+            most = numbers[j, 0]
+            stop = min(most / numbers[j, 1], 1 / own)
+            wanted = (after + own * f[j] - before) / own + before * stop
+            wanted = min(max(wanted, -most), most)
+            for i in range(len(x)):
+                free[i] += (E0[i, j] + E1[i, j]) * (wanted - f[j])
+            f[j] = wanted
+
+
+@numba.njit(nogil=True, cache=True)
 def step_through(  # type: ignore[no-untyped-def]
-    forces, flows, A, B0, B1, E0, E1, C, D, F, drift, rate, Kf, Kw, u, smooth, y, start, limits,
-    numbers, memory, begin_s, steps, step_s, ramps, innovations, states, memories,
+    forces, flows, A, B0, B1, E0, E1, C, D, F, drift, rate, pull_x, pull_u, pull_f, sticks, Kf, Kw,
+    u, smooth, y, start, limits, numbers, memory, begin_s, steps, step_s, ramps,
+    innovations, states, memories,
 ):  # fmt: skip
-    """Fill innovations, states and memories of one trial, all variants."""
+    """Fill innovations, states and memories of one trial, all variants.
+
+    The memory of a law that sticks is its force.
+    """
     count = F.shape[2]
     variants, n = A.shape[0], A.shape[1]
     samples, m = y.shape[1], y.shape[2]
@@ -99,6 +155,7 @@ def step_through(  # type: ignore[no-untyped-def]
             f[j] = forces[j](d, s, z[j], begin_s, numbers[v, j].ctypes)
         for k in range(samples):
             t = begin_s + k * step_s
+            hold(sticks, numbers[v], pull_x[v], pull_u[v], pull_f[v], rate[v], x, u[w, k], h, f, z)
             for o in range(m):
                 predicted = 0.0
                 for i in range(n):
@@ -147,9 +204,14 @@ def step_through(  # type: ignore[no-untyped-def]
                         for o in range(m):
                             total += Kw[i, o] * e[o]
                     for j in range(count):
-                        total += (E0[v, i, j] + E1[v, i, j]) * f[j]
+                        if not sticks[j]:
+                            total += (E0[v, i, j] + E1[v, i, j]) * f[j]
                     free[i] = total
+                hold_over(sticks, numbers[v], E0[v], E1[v], rate[v], x, free, f)
                 for j in range(count):
+                    if sticks[j]:
+                        g[j] = f[j]
+                        continue
                     d0 = 0.0
                     d = 0.0
                     s = 0.0

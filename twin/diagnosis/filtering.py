@@ -214,9 +214,13 @@ def with_laws(
     innovations, states = np.empty((variants, samples, m)), np.empty((variants, samples, n))
     memories = np.zeros((variants, samples, len(classes)))
     dense = np.ascontiguousarray
+    rates = inner("rate")
     run(
         *(stack(name) for name in ("A", "B0", "B1", "E0", "E1")),
-        *(inner(name) for name in ("C", "D", "F", "drift", "rate")),
+        *(inner(name) for name in ("C", "D", "F", "drift")),
+        rates,
+        *(rates @ inner(name) for name in ("A", "B", "E")),
+        np.array([law.sticks for law in laws[0]], bool),
         dense(gains.filtered),
         dense(gains.carried),
         dense(u),

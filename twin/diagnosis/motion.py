@@ -67,25 +67,30 @@ def force_histories(
     return [force[i, :, : len(drift)] for i, (drift, _) in enumerate(motions)]
 
 
-def with_known_forces(bench: Bench, fit: Fit, moved: Sequence[Array]) -> tuple[Bench, Hypothesis]:
+def with_known_forces(
+    bench: Bench, fit: Fit, moved: Sequence[Array], memories: Sequence[Array]
+) -> tuple[Bench, Hypothesis]:
     """Return bench and hypothesis in which the found laws' forces are measured inputs.
 
     Args:
         bench: the bench.
         fit: a fitted hypothesis, perhaps with laws.
         moved: the states of every trial, (samples, n).
+        memories: the filter's, (samples, laws): what sticks does not tell its force by its rate.
     """
     laws = laws_of(fit.hypothesis.mechanisms)
     if not laws:
         return bench, fit.hypothesis
     rest = tuple(m for m in fit.hypothesis.found if not isinstance(m, Law))
     trials: list[Trial] = []
-    for trial, state in zip(bench.trials, moved, strict=True):
+    for trial, state, memory in zip(bench.trials, moved, memories, strict=True):
         model = bench.plant(trial, fit.hypothesis.mechanisms).plant.model
         names, columns, noise = [], [], []
         for position, law in enumerate(laws):
             drift, rate = at_place(model, state, law.place)
-            force = force_histories([law], [(drift, rate)], bench.step_s)[0][0]
+            force = memory[:, position]
+            if not law.sticks:
+                force = force_histories([law], [(drift, rate)], bench.step_s)[0][0]
             names.append(f"{KNOWN_FORCE}{position}_{law.place}")
             columns.append(force)
             noise.append(0.02 * float(np.sqrt(np.mean(force**2))))
@@ -109,11 +114,12 @@ def motion_of(bench: Bench, fit: Fit) -> tuple[list[Array], Bench, Fit]:
     laws = laws_of(fit.hypothesis.mechanisms)
     if not laws:
         return states(bench, fit), bench, fit
-    first = [x[0] for _, x, _ in bench.stepped([fit.hypothesis], fit.gains, fit.starts)]
-    known, rest = with_known_forces(bench, fit, first)
+    stepped = bench.stepped([fit.hypothesis], fit.gains, fit.starts)
+    memories = [z[0] for _, _, z in stepped]
+    known, rest = with_known_forces(bench, fit, [x[0] for _, x, _ in stepped], memories)
     plain = refit_gains(known, rest, fit)
     moved = states(known, plain)
-    known, rest = with_known_forces(bench, fit, moved)
+    known, rest = with_known_forces(bench, fit, moved, memories)
     return moved, known, refit_gains(known, rest, fit)
 
 

@@ -11,26 +11,29 @@ from numpy.typing import NDArray
 from twin.diagnosis.bench import SLACKS, Bench
 from twin.diagnosis.fitting import Fit, fit, fitting_starts, gains_of, log_likelihood, log_prior
 from twin.diagnosis.hypothesis import Hypothesis
-from twin.physics.mechanism import Disturbance
+from twin.physics.mechanism import Disturbance, Law
 
 Array = NDArray[np.float64]
 
-DISTURBANCE_STEPS = (0.01, 0.1, 0.4, 2.5, 10.0)
-"""Factors by which the strength and the bandwidth of an unmeasured force are tried."""
+FACTORS = (0.01, 0.1, 0.4, 2.5, 10.0)
+"""By which the strength and the bandwidth of an unmeasured force are tried, and what friction's
+change of sign is blurred by."""
 
 
-def with_disturbances(bench: Bench, found: Fit) -> Fit:
-    """Return the fit with strengths and bandwidths of its unmeasured forces that it likes best.
+def with_widths(bench: Bench, found: Fit) -> Fit:
+    """Return the fit with what Gauss-Newton steps do not find, by trying.
 
-    They act on the filter's gain alone, which the Gauss-Newton steps hold fixed.
+    Strengths and bandwidths of unmeasured forces act on the filter's gain alone, which the steps
+    hold fixed; along what blurs dry friction the likelihood has a ridge for every sign that flips.
     """
     best = found
     for index, mechanism in enumerate(found.hypothesis.found):
-        if not isinstance(mechanism, Disturbance):
-            continue
-        for name in ("rms", "bandwidth"):
+        names: tuple[str, ...] = ("rms", "bandwidth") if isinstance(mechanism, Disturbance) else ()
+        if isinstance(mechanism, Law) and mechanism.sticks and "regular_rate" in mechanism.values:
+            names = ("regular_rate",)
+        for name in names:
             here = best.hypothesis.found[index]
-            for factor in DISTURBANCE_STEPS:
+            for factor in FACTORS:
                 changed = here.with_values({name: factor * here.values[name]})
                 mechanisms = list(best.hypothesis.found)
                 mechanisms[index] = changed
@@ -99,7 +102,7 @@ def refined(
     best = max(tried, key=lambda f: f.log_posterior)
     for _ in range(rounds):
         near = [s for s in bench.slacks if best.slack / 35 < s < best.slack * 35]
-        moved = with_disturbances(bench, with_slack(bench, best, near))
+        moved = with_widths(bench, with_slack(bench, best, near))
         before = best.log_posterior
         try:
             best = fit(bench, moved.hypothesis, moved.slack, moved.starts, iterations)

@@ -18,7 +18,7 @@ from twin.diagnosis.base import bent, level, surroundings
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.filtering import Gain
 from twin.diagnosis.fitting import fit, gains_of, log_likelihood
-from twin.diagnosis.refining import with_disturbances, with_slack
+from twin.diagnosis.refining import with_slack, with_widths
 from twin.diagnosis.regression import Regression
 from twin.diagnosis.scene import Candidate, Scene
 from twin.physics.base_compliance import BaseCompliance
@@ -159,7 +159,7 @@ def _followed(
     if slack != fit0.slack:
         found = with_slack(bench, found)
     if isinstance(start, Disturbance):
-        found = with_disturbances(bench, found)
+        found = with_widths(bench, found)
     rest = replace(found.hypothesis, found=found.hypothesis.found[:-1])
     gained = found.log_posterior - fit0.log_posterior
     return Candidate(found.hypothesis.found[-1], gained, rest)

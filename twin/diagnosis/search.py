@@ -13,6 +13,7 @@ from twin.diagnosis.bench import Bench
 from twin.diagnosis.fitting import Fit
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.parameters import gravity_instead, is_floor_dashpot, several
+from twin.diagnosis.plant import laws_of
 from twin.diagnosis.refining import refined
 from twin.diagnosis.stage import (
     DECISIVE,
@@ -48,6 +49,9 @@ FURTHER_SHARE = 0.006
 """What a further mechanism must bring besides, as a share of all that was explained before. No
 model of what was found first is exact: its own errors (the filters' phases, the integrator's
 corners) must not be explained by more physics."""
+
+STICKS = 0.05
+"""The same beside dry friction, whose jumps every filter of an instrument blurs."""
 
 
 @dataclass(frozen=True)
@@ -118,6 +122,7 @@ def _followed(
     if not stages[-1].fits or stages[-1].fits[0].bic > nothing.bic - DECISIVE:
         return path
     current = stages[-1].fits[0]
+    gained = _gain(nothing, current)  # noise levels change below: then the BICs no longer compare
     if len(stages) == 1:
         bench, current = by_free_run(*with_noise(*with_between(bench, current)))
     while len(stages) < most:
@@ -131,12 +136,14 @@ def _followed(
         # a broad force is only what the models of what was found leave over
         allowed = tuple(f for f in stage.fits if is_narrow(f.hypothesis.found[-1]))
         stages.append(replace(stage, fits=allowed))
-        share = FURTHER_SHARE * (nothing.bic - current.bic)
-        needed = DECISIVE + max(FURTHER_SAMPLE * bench.samples, share)
+        rough = any(law.sticks for law in laws_of(current.hypothesis.found))
+        share = STICKS if rough else FURTHER_SHARE
+        needed = DECISIVE + max(FURTHER_SAMPLE * bench.samples, share * gained)
         better = [f for f in allowed if f.bic < current.bic - needed]
         if better:
+            gained += current.bic - better[0].bic
             current = better[0]
-        elif (promoted := _promoted(bench, current)) is not None:
+        elif (promoted := _promoted(bench, current, needed if rough else DECISIVE)) is not None:
             stages[-1] = promoted
             current = promoted.fits[0]
         else:
@@ -144,7 +151,7 @@ def _followed(
     return _Path(bench, nothing, current, tuple(stages))
 
 
-def _promoted(bench: Bench, current: Fit) -> Stage | None:
+def _promoted(bench: Bench, current: Fit, needed: float) -> Stage | None:
     """Return a parameter that is far beyond its tolerance as a finding of its own."""
     whole = current.hypothesis
     off = [i for i in bent(whole) if not is_floor_dashpot(whole.base[i])]
@@ -158,7 +165,7 @@ def _promoted(bench: Bench, current: Fit) -> Stage | None:
         found = refined(bench, [hypothesis], current.slack, current.starts, rounds=2)
     except np.linalg.LinAlgError:
         return None
-    return Stage(current, {}, (), (found,)) if found.bic < current.bic - DECISIVE else None
+    return Stage(current, {}, (), (found,)) if found.bic < current.bic - needed else None
 
 
 def _otherwise(ended: _Path) -> Stage | None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from twin.diagnosis.base import level
 from twin.diagnosis.bench import Bench
-from twin.diagnosis.fitting import Fit
+from twin.diagnosis.fitting import Fit, fit
 from twin.diagnosis.heard import best_of_each, elsewhere
 from twin.diagnosis.locating import locate
 from twin.diagnosis.motion import motion_of
@@ -75,6 +75,9 @@ def next_stage(
         numpy.linalg.LinAlgError: no filter follows the motion of what was found.
     """
     moved, known, plain = motion_of(bench, current)
+    if known is not bench:
+        # what known forces leave of the base's own error would else count for every candidate
+        plain = fit(known, plain.hypothesis, plain.slack, plain.starts, iterations=3)
     plain = with_slack(known, plain)
     scene = Scene(known, plain, tuple(moved), heights)
     where = locate(scene)

@@ -123,8 +123,7 @@ class Mechanism(ABC):
         """Return name, place and all fields as plain types; ``physics.from_json`` reads it."""
         names = {field: name for name, field in self.fields_of.items()}
         values = {names.get(f.name, f.name): getattr(self, f.name) for f in fields(self)}
-        values.pop("place")
-        plain = {name: float(value) for name, value in values.items()}
+        plain = {name: float(value) for name, value in values.items() if name != "place"}
         return {"mechanism": self.name, "location": self.place, "values": plain}
 
     @classmethod
@@ -160,11 +159,13 @@ class Law(Mechanism):
     Attributes of the class:
         memory: 1 where the law has an internal state, else 0.
         abrupt: True where the force has corners, so that an integration needs finer steps.
+        sticks: True for dry friction: ``law`` blurs what a filter takes as it is.
         approximate: True where native MuJoCo elements only come near the law.
     """
 
     memory: ClassVar[int] = 0
     abrupt: ClassVar[bool] = False
+    sticks: ClassVar[bool] = False
     approximate: ClassVar[bool] = False
 
     law: ClassVar[Callable[..., Any]]
