@@ -1,10 +1,11 @@
 """Condense the folders of concealed campaigns into one small file that the proof page is made from.
 
-    python experiments/condense_campaign.py FOLDER [FOLDER ...] [--to FILE]
+    python experiments/condense_campaign.py FOLDER [FOLDER ...] [--after FILE] [--to FILE]
 
 Each folder is what ``twin concealed --out FOLDER`` leaves. The file holds, for each campaign, the
 pieces of its manifest (command, versions, commit) and, for each case, the SHA-256 of its truth,
 what was concealed, what was named, and the score: whoever runs the commands again, can compare.
+--after takes over, unchanged, the campaigns that such a file holds already.
 """
 
 from __future__ import annotations
@@ -32,27 +33,30 @@ LEFT_OUT = ("parameter_errors",)
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folders", nargs="+", type=Path)
+    parser.add_argument("--after", type=Path, help="a file that holds earlier campaigns")
     parser.add_argument("--to", type=Path, default=TARGET)
     given = parser.parse_args()
     try:
-        document = condensed(given.folders)
+        document = condensed(given.folders, given.after)
     except TwinError as error:
         sys.exit(str(error))
     write_whole(given.to, lambda part: part.write_text(as_text(document)))
-    print(f"{len(document['rows'])} cases of {len(given.folders)} campaigns: {given.to}")
+    print(f"{len(document['rows'])} cases of {len(document['campaigns'])} campaigns: {given.to}")
 
 
-def condensed(folders: list[Path]) -> dict[str, Any]:
+def condensed(folders: list[Path], after: Path | None = None) -> dict[str, Any]:
     """Return campaigns and rows; a row has ``case``, ``truth``, ``diagnosis`` and ``score``.
 
     Raises:
-        TwinError: a folder holds no campaign.
+        TwinError: a folder holds no campaign, ``after`` none of several, or one again.
     """
-    campaigns, rows = [], []
-    for number, folder in enumerate(folders, 1):
+    campaigns, rows = _earlier(after) if after is not None else ([], [])
+    for number, folder in enumerate(folders, len(campaigns) + 1):
         manifest = _manifest(folder)
+        if manifest["pieces"] in [c["pieces"] for c in campaigns if c["pieces"]]:
+            raise TwinError(f"{folder}: the same campaign is there already")
         results = _results(folder / "results.jsonl")
-        prefix = f"{number}/" if len(folders) > 1 else ""
+        prefix = f"{number}/" if number + len(folders) > 2 else ""
         rows += [
             row(prefix + name, manifest["sha256"].get(name), result)
             for name, result in sorted(results.items())
@@ -95,6 +99,17 @@ def as_text(document: dict[str, Any]) -> str:
     rows = ",\n".join(json.dumps(row, allow_nan=False) for row in document["rows"])
     campaigns = json.dumps(document["campaigns"], indent=1, allow_nan=False)
     return f'{{"campaigns": {campaigns},\n"rows": [\n{rows}\n]}}\n'
+
+
+def _earlier(path: Path) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    try:
+        kept = json.loads(path.read_text())
+        campaigns, rows = kept["campaigns"], kept["rows"]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise TwinError(f"{path}: cannot read these campaigns ({error})") from None
+    if any("/" not in row["case"] for row in rows):
+        raise TwinError(f"{path}: its cases do not say which campaign they are of")
+    return campaigns, rows
 
 
 def _made_with(result: dict[str, Any]) -> bool:

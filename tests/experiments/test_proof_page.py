@@ -1,11 +1,13 @@
 """The page of the proof: everything on it comes from the results."""
 
 import json
+import shutil
 from pathlib import Path
 
 import pytest
 
 from experiments import condense_campaign, proof_page
+from twin.errors import TwinError
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -63,6 +65,32 @@ def test_condensed_results_keep_the_truth_s_digest_and_score_anew(campaign):
     assert not rows["case_0002"]["score"]["right"]
     assert rows["pairs_0001"]["score"]["right"], "both effects, in any order"
     assert document["campaigns"][0]["pieces"][0]["command"] == "twin concealed --seed 5"
+
+
+def test_a_campaign_is_added_to_those_that_were_condensed_before(campaign, tmp_path):
+    other = tmp_path / "other"
+    shutil.copytree(campaign, other)
+    manifest = json.loads((other / "sealed" / "manifest.json").read_text())
+    manifest["pieces"][0]["command"] = "twin concealed --seed 6"
+    (other / "sealed" / "manifest.json").write_text(json.dumps(manifest))
+    kept = tmp_path / "kept.json"
+    both = condense_campaign.condensed([campaign, other])
+    kept.write_text(condense_campaign.as_text(both))
+    manifest["pieces"][0]["command"] = "twin concealed --seed 7"
+    (other / "sealed" / "manifest.json").write_text(json.dumps(manifest))
+    three = condense_campaign.condensed([other], kept)
+    assert three["rows"][:8] == both["rows"]
+    assert [row["case"] for row in three["rows"][8:]] == [
+        "3/case_0001", "3/case_0002", "3/none_0001", "3/pairs_0001",
+    ]  # fmt: skip
+    with pytest.raises(TwinError, match="there already"):
+        condense_campaign.condensed([campaign], kept)
+    kept.write_text(condense_campaign.as_text(condense_campaign.condensed([campaign])))
+    with pytest.raises(TwinError, match="which campaign"):
+        condense_campaign.condensed([other], kept)
+    kept.write_text("{}")
+    with pytest.raises(TwinError, match="cannot read"):
+        condense_campaign.condensed([other], kept)
 
 
 def test_the_page_tells_rates_misses_and_commands(campaign, tmp_path):
