@@ -1,0 +1,104 @@
+"""Candidates as they are screened, and what is chosen by trying, on small rigs."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from diagnosis_support import RATE, TWO, concealed, exact_trial, lumped, rng
+
+from twin import physics
+from twin.diagnosis.base import base_hypothesis, bent, surroundings
+from twin.diagnosis.bench import Bench
+from twin.diagnosis.fitting import fit
+from twin.diagnosis.motion import motion_of
+from twin.diagnosis.prepare import prepare
+from twin.diagnosis.refining import refined, with_slack, with_widths
+from twin.diagnosis.scene import Scene
+from twin.diagnosis.screen import screen
+from twin.diagnosis.shown import _foreseeing
+from twin.diagnosis.stage import next_stage
+from twin.diagnosis.unnamed import foresees_off
+
+ALL = physics.mechanisms()
+HEIGHTS = {"storey1": 0.3, "storey2": 0.3}
+BASE = ALL["base_compliance"]("ground", 9000.0, 4.0, 3.0, 3.0)
+FORCE, BLUR = 0.05, 1e-4
+
+
+def scene_of(bench, nothing):
+    moved, known, plain = motion_of(bench, nothing)
+    return Scene(known, with_slack(known, plain), tuple(moved), HEIGHTS)
+
+
+@pytest.fixture(scope="module")
+def on_a_base():
+    """A frame on a base that gives way and resonates, and what calibrating makes of it."""
+    trials = [exact_trial((BASE,), noise=2e-3, samples=1536, seed=s) for s in (0, 1)]
+    bench = Bench(TWO, tuple(trials), between="linear", ground_mass=3.0)
+    return bench, refined(bench, [base_hypothesis(TWO)], 3e-3)
+
+
+def test_a_base_is_tried_at_what_resonates(on_a_base):
+    scene = scene_of(*on_a_base)
+    around = surroundings(scene.bench, scene.motion(), HEIGHTS, "ground", (8.0,))
+    start = type(BASE).starts("ground", around)[0]
+    resonance = np.sqrt((start.stiffness + around.stiffness) / start.mass) / (2 * np.pi)
+    assert resonance == pytest.approx(8.0)
+
+
+def test_a_base_is_found_though_calibrating_bent_the_first_storey_for_it(on_a_base):
+    bench, nothing = on_a_base
+    assert bent(nothing.hypothesis), "the test shows something"
+    found = {c.label[0]: c for c in screen(scene_of(bench, nothing))}
+    assert found["base_compliance"].mechanism.stiffness == pytest.approx(9000.0, rel=0.03)
+    best = max(c.gain for c in found.values())
+    assert found["base_compliance"].gain > 0.9 * best
+
+
+@pytest.fixture(scope="module")
+def rubbing():
+    """Dry friction in storey 1, and a spring in storey 2 that hardens."""
+
+    def law(drift, rate):
+        return FORCE * np.tanh(rate / 2e-4)
+
+    train = [concealed(law, np.array([1.0, 0.0]), seed) for seed in (1, 2)]
+    return prepare(lumped(), train, [concealed(law, np.array([1.0, 0.0]), 3)]).train
+
+
+def test_what_blurs_friction_is_found_by_trying(rubbing):
+    base = base_hypothesis(rubbing.model)
+    friction = ALL["coulomb_friction"]("storey1", FORCE, 100 * BLUR)
+    blurred = fit(rubbing, base.including(friction), 1e-3, iterations=1)
+    sharper = with_widths(rubbing, blurred)
+    assert sharper.hypothesis.found[0].regular_rate < 10 * BLUR
+    assert sharper.log_likelihood > blurred.log_likelihood + 100
+
+
+def test_beside_a_law_nothing_is_promised_that_the_base_alone_would_gain(rubbing):
+    friction = ALL["coulomb_friction"]("storey1", FORCE, BLUR)
+    found = refined(rubbing, [base_hypothesis(rubbing.model).including(friction)], 1e-3)
+    stage = next_stage(rubbing, found, HEIGHTS, lambda message: None)
+    promised = [c.gain for c in stage.candidates]
+    assert np.median(promised or [0.0]) < 0.01 * rubbing.samples
+
+
+def test_broad_noise_is_not_foreseen_a_sinusoid_is():
+    force = ALL["unmeasured_force"]
+    t = np.arange(1536) / RATE
+    line = exact_trial(noise=2e-3, samples=1536)
+    swing = 0.2 * np.sin(2 * np.pi * 3.3 * t)
+    hidden = replace(line, u=line.u - np.column_stack([np.zeros(1536), swing]))
+    noise = 0.2 * rng(5).standard_normal(1536)
+    rough = replace(line, u=line.u - np.column_stack([np.zeros(1536), noise]))
+    for trial, mechanism, foreseen in (
+        (hidden, force("floor2", 0.15, 3.3, 1e-3), True),
+        (rough, force("floor2", 0.2, 4.0, 30.0), False),
+    ):
+        bench = Bench(TWO, (trial,), between="linear")
+        nothing = refined(bench, [base_hypothesis(TWO)], 3e-3, rounds=2)
+        best = refined(bench, [nothing.hypothesis.including(mechanism)], 3e-3, rounds=2)
+        hypothesis, slack = _foreseeing(bench, best, nothing)
+        assert bool(hypothesis.found) == foreseen
+        chosen = replace(best, hypothesis=hypothesis, slack=slack, starts=())
+        assert foresees_off(bench, chosen) <= foresees_off(bench, replace(best, starts=()))
