@@ -25,6 +25,10 @@ Array = NDArray[np.float64]
 FORESEES = 0.7
 """A law must take the error two seconds ahead down to this share of a random force's."""
 
+FOLLOWS = 0.85
+"""A law without a name must take it to this share of what both a random force and the twin without
+either miss: a force that follows the motion can be foreseen, if only in part."""
+
 MOTION = ("missing_physics", "parameter")
 """Verdicts of what acts on the motion: a faulty channel does not."""
 
@@ -81,8 +85,10 @@ def unnamed_law(
         with suppress(np.linalg.LinAlgError):
             again = refined(bench, [along], unnamed.slack, unnamed.starts)
             best = min(best, again, key=lambda f: f.bic)
-    if broad and foresees_off(bench, unnamed) < FORESEES * foresees_off(bench, best):
-        return best, unnamed  # a force that follows the motion is a law, however well noise fits
+    if broad:  # a force that follows the motion is a law, however well noise fits
+        otherwise = min(foresees_off(bench, best), foresees_off(bench, nothing))
+        if foresees_off(bench, unnamed) < FOLLOWS * otherwise:
+            return best, unnamed
     if poor and unnamed.bic < nothing.bic - DECISIVE:
         return best, unnamed
     needed = max(UNNAMED, UNNAMED_SHARE * (nothing.bic - best.bic))
