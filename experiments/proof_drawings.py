@@ -123,7 +123,7 @@ def limits(curves: Rows) -> Figure:
     Args:
         curves: title, x_label, y_label, x, found and limit (lists; null where there is none).
     """
-    columns = min(3, len(curves))
+    columns = min(4, len(curves))  # noise and length side by side
     lines = -(-len(curves) // columns)
     figure = Figure(figsize=(3.3 * columns, 2.7 * lines + 0.4), layout="constrained")
     axes = figure.subplots(lines, columns, squeeze=False).ravel()
