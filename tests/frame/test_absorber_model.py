@@ -61,8 +61,8 @@ def test_a_large_swing_follows_the_equation_of_a_pendulum():
         return [state[1], (drive - c * state[1] - weight * np.sin(state[0])) / J]
 
     reference = solve_ivp(
-        swing, (0, t[-1]), [0, 0], "DOP853", t, rtol=1e-10, atol=1e-12, max_step=1 / rate
-    )
+        swing, (0, t[-1]), [0, 0], "DOP853", t, rtol=1e-12, atol=1e-14, max_step=1 / rate
+    )  # it nearly stands on its head: at 1e-10 the reference itself is off by 1e-4 on some machines
     assert np.abs(angle).max() > 1.5
     np.testing.assert_allclose(angle, reference.y[0], atol=1e-6 * np.abs(angle).max())
 
