@@ -42,9 +42,9 @@ from experiments.concealed.case import generate
 from experiments.concealed.rig import Rig
 from twin.diagnosis.base import base_hypothesis, storey_values
 from twin.diagnosis.bench import Bench
-from twin.diagnosis.fitting import refined
 from twin.diagnosis.predict import nrmse
 from twin.diagnosis.prepare import prepare
+from twin.diagnosis.refining import refined
 from twin.diagnosis.rig import free_runs, twin_with
 from twin.formats import read_recording
 from twin.model import Twin
