@@ -51,12 +51,13 @@ def condensed(folders: list[Path], after: Path | None = None) -> dict[str, Any]:
         TwinError: a folder holds no campaign, ``after`` none of several, or one again.
     """
     campaigns, rows = _earlier(after) if after is not None else ([], [])
+    several = len(campaigns) + len(folders) > 1
     for number, folder in enumerate(folders, len(campaigns) + 1):
         manifest = _manifest(folder)
         if manifest["pieces"] in [c["pieces"] for c in campaigns if c["pieces"]]:
             raise TwinError(f"{folder}: the same campaign is there already")
         results = _results(folder / "results.jsonl")
-        prefix = f"{number}/" if number + len(folders) > 2 else ""
+        prefix = f"{number}/" if several else ""
         rows += [
             row(prefix + name, manifest["sha256"].get(name), result)
             for name, result in sorted(results.items())

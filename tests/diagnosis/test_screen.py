@@ -57,7 +57,7 @@ def test_a_base_is_found_though_calibrating_bent_the_first_storey_for_it(on_a_ba
 
 @pytest.fixture(scope="module")
 def rubbing():
-    """Dry friction in storey 1, and a spring in storey 2 that hardens."""
+    """Dry friction in storey 1 and nothing else."""
 
     def law(drift, rate):
         return FORCE * np.tanh(rate / 2e-4)

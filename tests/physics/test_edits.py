@@ -122,7 +122,7 @@ def test_a_file_with_drag_can_be_read_again_with_its_ground_fast_or_free():
 
 @pytest.mark.parametrize("rate", [200, 256, 1000])
 def test_a_storey_that_friction_holds_stays_as_stiff_as_if_it_were_welded(rate):
-    """At steps of 1 ms it chatters instead, with accelerations 0.4 times the frame's."""
+    """At steps that are too long for the friction's settings it chatters instead."""
     model = LUMPED.second_order()
     friction = ALL["coulomb_friction"]("storey2", 5.0)
     force = np.interp(np.arange(rate * 1.4) / rate, np.arange(1500) / 1000, push(1500))

@@ -19,6 +19,9 @@ FACTORS = (0.01, 0.1, 0.4, 2.5, 10.0)
 """By which the strength and the bandwidth of an unmeasured force are tried, and what friction's
 change of sign is blurred by."""
 
+FAR = 35.0
+"""Slacks further apart than by this factor are not neighbours."""
+
 
 def with_widths(bench: Bench, found: Fit) -> Fit:
     """Return the fit with what Gauss-Newton steps do not find, by trying.
@@ -29,7 +32,7 @@ def with_widths(bench: Bench, found: Fit) -> Fit:
     best = found
     for index, mechanism in enumerate(found.hypothesis.found):
         names: tuple[str, ...] = ("rms", "bandwidth") if isinstance(mechanism, Disturbance) else ()
-        if isinstance(mechanism, Law) and mechanism.sticks and "regular_rate" in mechanism.values:
+        if isinstance(mechanism, Law) and mechanism.sticks:
             names = ("regular_rate",)
         for name in names:
             here = best.hypothesis.found[index]
@@ -96,12 +99,12 @@ def refined(
     others = sorted(starts[:-1], key=lambda h: -_posterior(bench, h, slack, states))[:1]
     tried = [_begun(bench, h, slack, states, iterations) for h in (*others, starts[-1])]
     own = max(bench.slacks, key=lambda s: _posterior(bench, starts[-1], s, states))
-    if own < slack / 35:
+    if own < slack / FAR:
         # where the model before was wrong by far, its slack hides what the new one is good for
         tried.append(_begun(bench, starts[-1], own, states, iterations))
     best = max(tried, key=lambda f: f.log_posterior)
     for _ in range(rounds):
-        near = [s for s in bench.slacks if best.slack / 35 < s < best.slack * 35]
+        near = [s for s in bench.slacks if best.slack / FAR < s < best.slack * FAR]
         moved = with_widths(bench, with_slack(bench, best, near))
         before = best.log_posterior
         try:

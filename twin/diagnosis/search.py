@@ -24,7 +24,7 @@ from twin.diagnosis.stage import (
     is_narrow,
     next_stage,
 )
-from twin.diagnosis.unnamed import FORESEES, foresees_off, is_poor, runs_off, unnamed_law
+from twin.diagnosis.unnamed import foresees_off, is_poor, runs_off, unnamed_law
 from twin.physics.mechanism import Disturbance
 
 RUNS_LESS = 0.75
@@ -49,6 +49,9 @@ FURTHER_SHARE = 0.006
 """What a further mechanism must bring besides, as a share of all that was explained before. No
 model of what was found first is exact: its own errors (the filters' phases, the integrator's
 corners) must not be explained by more physics."""
+
+FORESEES = 0.7
+"""A law must take the error two seconds ahead down to this share of a random force's."""
 
 STICKS = 0.05
 """The same beside dry friction, whose jumps every filter of an instrument blurs."""

@@ -22,12 +22,9 @@ from twin.physics.restoring_force import RestoringForce
 
 Array = NDArray[np.float64]
 
-FORESEES = 0.7
-"""A law must take the error two seconds ahead down to this share of a random force's."""
-
 FOLLOWS = 0.85
-"""A law without a name must take it to this share of what both a random force and the twin without
-either miss: a force that follows the motion can be foreseen, if only in part."""
+"""A law without a name must take the error two seconds ahead to this share of what both a random
+force and the twin without either miss: a force that follows the motion can be foreseen in part."""
 
 MOTION = ("missing_physics", "parameter")
 """Verdicts of what acts on the motion: a faulty channel does not."""

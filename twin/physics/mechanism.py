@@ -159,7 +159,7 @@ class Law(Mechanism):
     Attributes of the class:
         memory: 1 where the law has an internal state, else 0.
         abrupt: True where the force has corners, so that an integration needs finer steps.
-        sticks: True for dry friction: ``law`` blurs what a filter takes as it is.
+        sticks: True for dry friction; its numbers: its force, the rate that ``law`` blurs it by.
         approximate: True where native MuJoCo elements only come near the law.
     """
 
