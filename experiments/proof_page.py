@@ -24,6 +24,7 @@ from matplotlib.figure import Figure
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
+from experiments import proof_calibration as calibration  # noqa: E402
 from experiments import proof_drawings as drawings  # noqa: E402
 from experiments.concealed.pictures import between, draw_confusion, number, percent  # noqa: E402
 from experiments.concealed.score import effects_of  # noqa: E402
@@ -82,7 +83,9 @@ def write_page(results: Path, docs: Path) -> Path:
     # Markdown for people: nothing to escape for a browser
     environment = Environment(loader=loader, undefined=StrictUndefined, autoescape=False)
     text = environment.get_template(TEMPLATE).render(
-        **_facts(document, rows, summary), sections=_sections(results, pictures)
+        **_facts(document, rows, summary),
+        curve=calibration.table(rows, results),
+        sections=_sections(results, pictures),
     )
     text = re.sub(r"\n{3,}", "\n\n", text).rstrip() + "\n"
     return write_whole(docs / "PROOF.md", lambda part: part.write_text(text))
@@ -103,7 +106,7 @@ def _facts(
     alarms = tables["none"]["false_alarm"] if "none" in tables else None
     return {
         "total": len(rows),
-        "headline": _headline(summary),
+        "headline": _headline(summary, _newest(rows)),
         "noise": {"low": percent(min(noise)), "high": percent(max(noise))},
         "effect": {
             "low": number(min(effect)), "high": number(max(effect)),
@@ -125,13 +128,6 @@ def _facts(
         "alarms": _alarms(alarms, [m for m in summary["misses"] if m["table"] == "none"]),
         "fits": _fits(summary),
         "worse": [[one["case"], number(one["ratio"])] for one in summary["worse_ahead"]],
-        "curve": [
-            [
-                f"{b['from']:g} to {b['to']:g}", f"{b['probability']:.3f}", b["right"]["count"],
-                b["right"]["of"], percent(b["right"]["share"]), between(b["right"]),
-            ]
-            for b in summary["calibration"]
-        ],
     }  # fmt: skip
 
 
@@ -139,19 +135,33 @@ def _about(name: str) -> tuple[str, str]:
     return ABOUT.get(name, ("", "mechanism and place first"))
 
 
-def _headline(summary: dict[str, Any]) -> dict[str, Any]:
+def _newest(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return the summary of the last campaign, whose cases the present engine diagnosed."""
+    campaigns = {row["case"]: int(row["case"].rpartition("/")[0] or 1) for row in rows}
+    last = max(campaigns.values())
+    return summarise({row["case"]: row for row in rows if campaigns[row["case"]] == last})
+
+
+def _headline(summary: dict[str, Any], newest: dict[str, Any]) -> dict[str, Any]:
     rows = []
     for name, of in summary["tables"].items():
         asked = f"{_about(name)[0]}: {_about(name)[1]}"
-        share = of["right"]
+        last = newest["tables"].get(name, {}).get("right")
         aim = f"at least {100 * AIMS[name]:g} %" if name in AIMS else "-"
-        rows.append([asked, f"{share['count']} of {share['of']}", percent(share["share"]), aim])
-    ahead = summary["all"]["ahead_not_worse"]
+        rows.append([asked, *_counted(of["right"]), *_counted(last), aim])
+    key = "ahead_not_worse"
     rows.append(
         ["two seconds ahead: explained twin no worse than calibrated",
-         f"{ahead['count']} of {ahead['of']}", percent(ahead["share"]), "always"]
+         *_counted(summary["all"][key]), *_counted(newest["all"][key]), "always"]
     )  # fmt: skip
-    return {"columns": ["What was asked", "Right", "Share", "Aim"], "rows": rows}
+    columns = ["What was asked", "Right", "Share", "Newest campaign", "Share", "Aim"]
+    return {"columns": columns, "rows": rows}
+
+
+def _counted(share: dict[str, Any] | None) -> tuple[str, str]:
+    if not share or not share["of"]:
+        return "-", "-"
+    return f"{share['count']} of {share['of']}", percent(share["share"])
 
 
 def _right(tables: dict[str, Any]) -> dict[str, Any]:

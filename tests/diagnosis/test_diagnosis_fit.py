@@ -131,6 +131,18 @@ def test_a_law_s_parameters_are_fitted_beside_those_of_the_base():
     assert found.bic == pytest.approx(-2 * found.log_posterior + np.log(found.samples), rel=1e-12)
 
 
+def test_a_parameter_that_only_its_prior_knows_is_no_freedom_to_explain_with():
+    # play so weak that no trial says whose stiffness it takes
+    slack = ALL["clearance"]("storey2", 1.0, 0.005, 1.0)
+    bench = bench_of(exact_trial((), noise=1e-3))
+    found = fit(bench, base_hypothesis(TWO).including(slack), QUIET)
+    replaced = next(i for i, u in enumerate(found.unknowns) if u.name == "replaced")
+    share = found.std[replaced] / found.unknowns[replaced].prior_std
+    assert 0.9 < share < 1.0
+    assert found.free == pytest.approx(3 - share**2)
+    assert found.free < 2.2
+
+
 def deaf(bench):
     """Gains of nothing, which turn the filter into a simulation."""
     gains = fit(bench, base_hypothesis(TWO), QUIET, iterations=1).gains

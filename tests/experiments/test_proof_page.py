@@ -6,10 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from experiments import condense_campaign, proof_page
+from experiments import condense_campaign, proof_calibration, proof_page
+from experiments.concealed.score import score
+from experiments.concealed.summary import summarise
 from twin.errors import TwinError
 
 ROOT = Path(__file__).resolve().parents[2]
+FRICTION, CUBIC = ("coulomb_friction", "storey1"), ("cubic_stiffness", "storey2")
 
 
 def result(table, effects, found, probability, verdict):
@@ -37,7 +40,7 @@ def result(table, effects, found, probability, verdict):
 
 @pytest.fixture
 def campaign(tmp_path):
-    friction, cubic = ("coulomb_friction", "storey1"), ("cubic_stiffness", "storey2")
+    friction, cubic = FRICTION, CUBIC
     results = {
         "case_0001": result("single", [friction], [friction], 0.98, "missing_physics"),
         "case_0002": result("single", [cubic], [friction], 0.6, "missing_physics"),
@@ -108,3 +111,27 @@ def test_the_page_tells_rates_misses_and_commands(campaign, tmp_path):
     assert "nan" not in page.lower()
     for name in ("rates", "calibration", "fit_ratios", "confusion"):
         assert (tmp_path / "docs" / "proof" / f"{name}.png").stat().st_size > 2000
+
+
+def test_the_newest_campaign_stands_beside_all_of_them():
+    def row(case, right):
+        found = [FRICTION] if right else [CUBIC]
+        one = result("single", [FRICTION], found, 0.9, "missing_physics")
+        return {"case": case, "truth": one["truth"], "diagnosis": one["diagnosis"],
+                "score": score(one["truth"], one["diagnosis"], one["reference"])}  # fmt: skip
+
+    rows = [row("1/case_0001", False), row("2/case_0001", True), row("2/case_0002", True)]
+    every = summarise({r["case"]: r for r in rows})
+    headline = proof_page._headline(every, proof_page._newest(rows))
+    assert headline["rows"][0][1:5] == ["2 of 3", "66.7 %", "2 of 2", "100.0 %"]
+
+
+def test_weak_effects_count_beside_the_sealed_cases_where_they_were_run(tmp_path):
+    rows = [{"score": {"probability": 0.9, "first_right": True, "false_alarm": False}}]
+    alone = proof_calibration.table(rows, tmp_path)
+    assert alone["rows"][0][2:5] == ["1 of 1", "-", "1 of 1"]
+    cases = [{"probability": p, "found": f} for p, f in ((0.9, False), (0.6, True), (None, False))]
+    (tmp_path / "detection_limits.json").write_text(json.dumps({"cases": cases}))
+    both = proof_calibration.table(rows, tmp_path)
+    assert [row[0] for row in both["rows"]] == ["0.5 to 0.7", "0.85 to 0.95"]
+    assert both["rows"][1][2:6] == ["1 of 1", "0 of 1", "1 of 2", "50.0 %"]

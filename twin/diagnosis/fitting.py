@@ -51,13 +51,20 @@ class Fit:
         return self.log_likelihood + self.log_prior
 
     @property
-    def free(self) -> int:
-        """Number of parameters that the found mechanisms have."""
-        return sum(len(m.parameters) for m in self.hypothesis.found)
+    def free(self) -> float:
+        """Number of the found mechanisms' parameters that the trials determine (MacKay 1992).
+
+        What a prior says already, and no trial says better, is no freedom to explain with.
+        """
+        count = float(sum(len(m.parameters) for m in self.hypothesis.found))
+        for unknown, std in zip(self.unknowns, self.std, strict=True):
+            if unknown.index >= len(self.hypothesis.base) and np.isfinite(unknown.prior_std):
+                count -= min(1.0, float(std / unknown.prior_std) ** 2)
+        return count
 
     @property
     def bic(self) -> float:
-        """Bayesian information criterion (Schwarz 1978); the base's priors count as they are."""
+        """Bayesian information criterion (Schwarz 1978); priors count as they are."""
         return -2 * self.log_posterior + self.free * float(np.log(self.samples))
 
 

@@ -11,6 +11,7 @@ from twin.diagnosis.adjusting import REPRODUCIBLE, by_free_run, with_between, wi
 from twin.diagnosis.base import bent
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.fitting import Fit
+from twin.diagnosis.following import follows_motion
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.parameters import gravity_instead, is_floor_dashpot, several
 from twin.diagnosis.plant import laws_of
@@ -94,7 +95,9 @@ def search(
     tell("locating")
     stage = next_stage(bench, nothing, heights, tell)
     many = _many(bench, nothing, stage, heights, tell)
-    begun = tuple(many or [_foreseeing(bench, stage)])
+    lawful = stage if many else _lawful(bench, nothing, stage)
+    follower = stage.fits[0] if lawful is not stage else None
+    begun = tuple(many or [_foreseeing(bench, lawful)])
     path = _Path(bench, nothing, nothing, begun)
     ended = _followed(path, heights, most, tell)
     if not many and (other := _otherwise(ended)):
@@ -103,7 +106,7 @@ def search(
         if again.current.bic < ended.current.bic:
             ended = again
     bench, best, stages = ended.bench, ended.current, ended.stages
-    best, unnamed = unnamed_law(bench, nothing, best, stages, heights, tell)
+    best, unnamed = unnamed_law(bench, nothing, best, stages, heights, tell, follower)
     return Found(nothing, unnamed or best, stages, bench, best if unnamed else None)
 
 
@@ -239,6 +242,16 @@ def _many(
         tied = [f for f in others if f is not found and label not in f.hypothesis.labels]
         out.append(replace(stage, fits=(found, *tied)))
     return out
+
+
+def _lawful(bench: Bench, nothing: Fit, stage: Stage) -> Stage:
+    """Return the stage without broad forces, where the best fit is one that follows the motion."""
+    if not stage.fits or is_narrow(stage.fits[0].hypothesis.found[-1]):
+        return stage
+    rest = tuple(f for f in stage.fits if is_narrow(f.hypothesis.found[-1]))
+    if not rest or rest[0].bic > nothing.bic - DECISIVE:
+        return stage
+    return replace(stage, fits=rest) if follows_motion(bench, nothing, stage.fits[0]) else stage
 
 
 def _foreseeing(bench: Bench, stage: Stage) -> Stage:

@@ -101,9 +101,9 @@ def next_stage(
         fits += elsewhere(bench, leading)
     fits = best_of_each(fits)
     if fits:
-        # in a tie the simplest is named first, a changed part before missing physics
+        # in a tie a changed part is named before missing physics
         tied = [f for f in fits if f.bic < fits[0].bic + TIE]
-        first = min(tied, key=lambda f: (f.free, f.hypothesis.found[-1].verdict != "parameter"))
+        first = min(tied, key=lambda f: f.hypothesis.found[-1].verdict != "parameter")
         fits.remove(first)
         fits.insert(0, first)
     return Stage(current, where, tuple(candidates), tuple(fits))

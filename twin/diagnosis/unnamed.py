@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from twin.diagnosis.base import surroundings
 from twin.diagnosis.bench import Bench
-from twin.diagnosis.fitting import Fit
+from twin.diagnosis.fitting import Fit, fit
 from twin.diagnosis.motion import motion_of
 from twin.diagnosis.predict import ahead, from_rest, noise_floors, nrmse
 from twin.diagnosis.refining import refined
@@ -47,18 +47,20 @@ def unnamed_law(
     stages: Sequence[Stage],
     heights: Mapping[str, float],
     tell: Callable[[str], None],
+    follower: Fit | None = None,
 ) -> tuple[Fit, Fit | None]:
     """Return the best fit with names, and that of a law without one where it beats it by far.
 
     It is tried where a latent force enters best, and only when the best explanation leaves its
-    filter something to follow.
+    filter something to follow, or explains less than a random force that ``follower`` has shown
+    to follow the motion.
     """
     if not best.hypothesis.found:
         return best, None
     last = stages[-1]
     broad = not is_narrow(best.hypothesis.found[0])
     done = last.before is best and explained(best, last.where, bench)
-    poor = is_poor(bench, nothing, best)
+    poor = is_poor(bench, nothing, best) or _outdone(bench, best, follower)
     if not poor and ((done and not broad) or not _about_motion(best)):
         return best, None
     moved, known, plain = motion_of(bench, nothing)
@@ -90,6 +92,17 @@ def unnamed_law(
         return best, unnamed
     needed = max(UNNAMED, UNNAMED_SHARE * (nothing.bic - best.bic))
     return best, unnamed if unnamed.bic < best.bic - needed else None
+
+
+def _outdone(bench: Bench, best: Fit, follower: Fit | None) -> bool:
+    """Return whether a random force explains more than the laws; noise levels may have changed."""
+    if follower is None:
+        return False
+    try:
+        again = fit(bench, follower.hypothesis, follower.slack, follower.starts, iterations=1)
+    except np.linalg.LinAlgError:
+        return False
+    return again.bic < best.bic
 
 
 def runs_off(bench: Bench, found: Fit) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 from twin.parameter import Parameter
 from twin.physics.edits import add_drift_tendon
 from twin.physics.mechanism import Law, Surroundings
-from twin.physics.scales import peak
+from twin.physics.scales import TINY, peak
 
 
 def law(
@@ -52,6 +52,11 @@ class Clearance(Law):
         return self._times(factor, "stiffness", "replaced")
 
     law = staticmethod(law)
+
+    def priors(self) -> dict[str, tuple[float, float]]:
+        """It is most likely a part of the storey itself that has play."""
+        own = max(self.stiffness, TINY)
+        return {"replaced": (own, 0.5 * own)}
 
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Add a tendon whose spring has a dead range, and one that takes stiffness away."""

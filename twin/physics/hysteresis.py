@@ -11,8 +11,11 @@ import numpy as np
 from twin.parameter import Parameter
 from twin.physics.edits import add_drift_tendon
 from twin.physics.mechanism import Law, Surroundings
-from twin.physics.scales import rms
+from twin.physics.scales import TINY, rms
 from twin.physics.sliders import as_sliders
+
+PART = 0.05
+"""Share of a storey's stiffness that is most likely to slip, give or take a factor of seven."""
 
 SUBSTEPS = 2
 """Steps of the memory from one drift to the next."""
@@ -112,9 +115,16 @@ class Hysteresis(Law):
     flow = staticmethod(flow)
 
     def priors(self) -> dict[str, tuple[float, float]]:
-        """It is a part of the storey that slips: a joint much stiffer than that is friction."""
+        """A part of the storey slips, most likely its own, from a thousandth of it to all of it.
+
+        A joint much stiffer than the storey is friction.
+        """
+        part = float(np.log(PART * self.storey_stiffness))
+        own = max(self.stiffness, TINY)
         return {
-            "stiffness": (float(np.log(0.4 * self.storey_stiffness)), 0.7),
+            "stiffness": (part, 2.0),
+            "sharpness": (float(np.log(3.0)), 1.0),
+            "replaced": (own, 0.5 * own),
             "shape": (0.5, 0.5),
         }
 
