@@ -32,12 +32,13 @@ The theoretical limit is the severity at which an ideal test that knows the {can
 candidates (mechanism and place) would find the effect in 90 % of the cases. L is half the \
 squared distance, in units of the noise on the outputs and on the measured force, between the \
 training recordings with the effect and the nearest frame without it, all masses, stiffnesses \
-and damping ratios free. The logarithm of the likelihood ratio of the true model is then normal, \
-mean L, variance 2 L; to beat ln({candidates}/{alarm:g}) = {bar:.2f} nats in 90 % of the cases, \
-L - 1.2816 sqrt(2 L) must be that much: L = {nats:.2f} nats. The limit is solved for in every \
-case, along its own motion. The ideal test is told nothing of the frame; `twin diagnose` is told \
-the drawing and how well it is known (0.4 % of masses and stiffnesses), which can put it below \
-the limit where a change of mass or stiffness is confused with the effect.
+and dampings free (of storeys, and of floors against the ground). The logarithm of the \
+likelihood ratio of the true model is then normal, mean L, variance 2 L; to beat \
+ln({candidates}/{alarm:g}) = {bar:.2f} nats in 90 % of the cases, L - 1.2816 sqrt(2 L) must be \
+that much: L = {nats:.2f} nats. The limit is solved for in every case, along its own motion. The \
+ideal test is told nothing of the frame; `twin diagnose` is told the drawing and how well it is \
+known (0.4 % of masses and stiffnesses), which can put it below the limit where a change of mass \
+or stiffness is confused with the effect.
 
 Measured: {cases} cases, each with a rig, plan, filter and noise of its own drawn as in the \
 concealed campaign, one effect of {low:g} to {high:g} times the limit of that case; found means \

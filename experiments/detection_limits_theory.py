@@ -14,7 +14,7 @@ from experiments.concealed.likelihood import Left, Likelihood, nats
 from experiments.concealed.mechanisms import Mechanism, places
 from experiments.concealed.plans import Test, draw_plan
 from experiments.concealed.rehearsal import Rehearsal
-from experiments.concealed.rig import TWO_STOREY, Rig
+from experiments.concealed.rig import TWO_STOREY, Array, Rig
 
 CANDIDATES = len(places(TWO_STOREY.storeys))
 """Mechanisms and places that the test tells apart: 41."""
@@ -120,8 +120,21 @@ class Bench:
 
     @cached_property
     def taken(self) -> Left:
-        """What free masses, stiffnesses and damping ratios take up."""
-        return Left(frame(self.likelihood, self.rehearsal.healthy))
+        """What free masses, stiffnesses and dampings take up.
+
+        Of floors against the ground, too: that a frame's damping is a chain of its storeys', or
+        modal, is nothing that a test may know.
+        """
+        own = frame(self.likelihood, self.rehearsal.healthy)
+        return Left([*own, *map(self._dashpot, range(1, self.rig.storeys))])
+
+    def _dashpot(self, floor: int) -> Array:
+        """Return what a dashpot between a floor, from 0, and the ground does to the outputs."""
+        n, outputs = self.rig.storeys, []
+        for i, (_, states) in enumerate(self.rehearsal.healthy):
+            force = -np.outer(states[:, n + floor], np.eye(n)[floor])
+            outputs.append(self.likelihood.response(i, force))
+        return self.likelihood.whitened(outputs)
 
     def effect(self, pair: Pair, severity: float) -> Mechanism:
         """Return the mechanism with a severity [SI units]."""

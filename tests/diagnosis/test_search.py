@@ -1,17 +1,24 @@
 """The search on rigs with one thing concealed: found where it is, or said not to be known."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
-from diagnosis_support import concealed, lumped, recorded
+from diagnosis_support import TWO, concealed, exact_trial, lumped, recorded
 
 from twin import physics
+from twin.diagnosis import search as searching
 from twin.diagnosis.base import base_hypothesis
+from twin.diagnosis.bench import Bench
 from twin.diagnosis.evidence import probabilities
+from twin.diagnosis.fitting import fit
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.predict import from_rest, nrmse
 from twin.diagnosis.prepare import prepare
 from twin.diagnosis.rig import heights_of
 from twin.diagnosis.search import search
+from twin.diagnosis.stage import Stage
+from twin.diagnosis.unnamed import _outdone
 
 pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")  # as the command line does
 
@@ -91,3 +98,39 @@ def test_a_law_without_a_name_is_modelled_and_not_called_something_else():
     spring = np.polyfit(drift, wanted - modelled, 1)[0]  # the base may hold a little of it
     assert abs(spring) < 10
     assert np.abs(modelled + spring * drift - wanted).max() < 0.05 * np.abs(wanted).max()
+
+
+def rival(mechanism, bic):
+    return SimpleNamespace(hypothesis=Hypothesis((), (), (mechanism,)), bic=bic)
+
+
+BROAD, STOP = ALL["unmeasured_force"]("floor1", 0.1, 5.0, 4.0), ALL["bumper"]("storey1", 2e3, 4e-3)
+
+
+@pytest.mark.parametrize("follows", [True, False])
+def test_a_broad_force_that_follows_the_motion_gives_way_to_the_laws(monkeypatch, follows):
+    monkeypatch.setattr(searching, "follows_motion", lambda *_: follows)
+    nothing, stage = (
+        rival(STOP, 0.0),
+        Stage(None, {}, (), (rival(BROAD, -900.0), rival(STOP, -500.0))),
+    )
+    lawful = searching._lawful(None, nothing, stage)
+    assert [f.bic for f in lawful.fits] == ([-500.0] if follows else [-900.0, -500.0])
+
+
+def test_without_any_law_to_put_in_its_place_a_broad_force_stays(monkeypatch):
+    monkeypatch.setattr(searching, "follows_motion", lambda *_: True)
+    stage = Stage(None, {}, (), (rival(BROAD, -900.0), rival(STOP, -1.0)))
+    assert searching._lawful(None, rival(STOP, 0.0), stage) is stage
+    alone = Stage(None, {}, (), (rival(BROAD, -900.0),))
+    assert searching._lawful(None, rival(STOP, 0.0), alone) is alone
+
+
+def test_laws_that_explain_less_than_a_force_that_follows_the_motion_explain_poorly():
+    softer = ALL["stiffness"]("storey1", -60.0)
+    bench = Bench(TWO, (exact_trial((softer,), seed=1),), "linear")
+    follower = fit(bench, base_hypothesis(TWO).including(softer), 1e-3)
+    for more, outdone in ((10.0, True), (-10.0, False)):
+        named = SimpleNamespace(bic=follower.bic + more)
+        assert _outdone(bench, named, follower) is outdone
+    assert not _outdone(bench, SimpleNamespace(bic=np.inf), None)

@@ -1,12 +1,15 @@
 """Detection limits: the ideal test's bar, the severity at it, and the probit curve."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.special import ndtri
 
 from experiments import detection_limits as limits
+from experiments.concealed.columns import frame
+from experiments.concealed.likelihood import Left
 from experiments.detection_limits_probit import probit
 from experiments.detection_limits_report import document
 from experiments.detection_limits_rivals import names_at, nearest
@@ -54,6 +57,17 @@ def test_less_noise_and_longer_recordings_lower_the_limit(name):
     assert plain.left(pair, at) == pytest.approx(needed_nats(), rel=0.03)
     assert bench(0.01, 8.0).limit(pair) == pytest.approx(2 * at, rel=0.1)
     assert bench(0.005, 16.0).limit(pair) < at
+
+
+def test_an_ideal_test_does_not_know_that_damping_is_modal():
+    # a dashpot on the upper floor is what drag looks like on the mean
+    bench = Bench.draw(np.random.default_rng(3), 0.005, 1.0, 8.0)
+    pair = PAIR["quadratic_drag"]
+    chain = replace(bench)
+    chain.__dict__["taken"] = Left(frame(bench.likelihood, bench.rehearsal.healthy))
+    assert bench.limit(pair) > 1.05 * chain.limit(pair)
+    spring = PAIR["cubic_stiffness"]
+    assert bench.limit(spring) == pytest.approx(chain.limit(spring), rel=0.05)
 
 
 def test_the_first_cases_are_one_of_every_effect_at_every_severity():

@@ -1,0 +1,40 @@
+"""Parameters and slack in turn: a fit starts from a slack of its own where the old one hides it."""
+
+import numpy as np
+import pytest
+from diagnosis_support import TWO, exact_trial
+
+from twin import physics
+from twin.diagnosis import refining
+from twin.diagnosis.base import base_hypothesis
+from twin.diagnosis.bench import Bench
+from twin.diagnosis.refining import refined
+
+SOFTER = physics.mechanisms()["stiffness"]("storey1", -200.0)
+
+
+def test_a_slack_that_was_needed_without_the_finding_does_not_hide_it(monkeypatch):
+    bench = Bench(TWO, (exact_trial((SOFTER,), seed=1, noise=1e-3),), "linear")
+    begun = []
+    original = refining._begun
+
+    def watched(bench, hypothesis, slack, states, iterations):
+        begun.append(slack)
+        return original(bench, hypothesis, slack, states, iterations)
+
+    monkeypatch.setattr(refining, "_begun", watched)
+    found = refined(bench, [base_hypothesis(TWO).including(SOFTER)], 0.3, rounds=0)
+    assert begun[0] == 0.3
+    assert min(begun) < 0.3 / refining.FAR
+    assert found.slack <= 1e-3
+    assert found.hypothesis.found[0].change == pytest.approx(-200.0, abs=0.5)
+
+
+def test_a_neighbouring_slack_needs_no_start_of_its_own(monkeypatch):
+    bench = Bench(TWO, (exact_trial((), seed=1, noise=1e-3),), "linear")
+    calls = []
+    original = refining._begun
+    monkeypatch.setattr(refining, "_begun", lambda *a: calls.append(a[2]) or original(*a))
+    refined(bench, [base_hypothesis(TWO)], 1e-4, rounds=0)
+    assert len(calls) == 1
+    assert np.isfinite(calls).all()
