@@ -127,7 +127,10 @@ def _facts(
         "misses": [_miss(m) for m in summary["misses"] if m["table"] != "none"],
         "alarms": _alarms(alarms, [m for m in summary["misses"] if m["table"] == "none"]),
         "fits": _fits(summary),
-        "worse": [[one["case"], number(one["ratio"])] for one in summary["worse_ahead"]],
+        "worse": [
+            [one["case"], f"{one['ratio']:.4g}", number(one["over_true"])]
+            for one in summary["worse_ahead"]
+        ],
     }  # fmt: skip
 
 

@@ -33,7 +33,8 @@ def summarise(results: Mapping[str, dict[str, Any]]) -> dict[str, Any]:
         tables: by table, ``numbers_of`` its cases.
         all: the same of all cases with something concealed.
         calibration: of the first finding's probability; calibration_all: of all that was named.
-        worse_ahead: cases whose explained error, two seconds ahead, is above the calibrated.
+        worse_ahead: cases whose explained error, two seconds ahead, is above the calibrated, with
+            its ratio to that and to the true model's.
         misses: ``misses``.
         confusion: names and counts, of cases with at most one effect.
     """
@@ -53,7 +54,11 @@ def summarise(results: Mapping[str, dict[str, Any]]) -> dict[str, Any]:
         ),
         "calibration_all": calibration_curve(tuple(one) for s in scores for one in s["stated"]),
         "worse_ahead": [
-            {"case": case, "ratio": r["score"]["explained_over_calibrated_ahead"]}
+            {
+                "case": case,
+                "ratio": r["score"]["explained_over_calibrated_ahead"],
+                "over_true": r["score"]["explained_over_true_ahead"],
+            }
             for case, r in results.items()
             if r["score"]["ahead_not_worse"] is False
         ],
