@@ -116,6 +116,7 @@ def main() -> None:
     theory = [list(read(out / f"{name}.jsonl").values()) for name in ("limits", "rivals")]
     found = document(rows, *theory)
     found["made_with"] = made_with
+    found["text"] += f"\n\nDiagnosed with commit {_commit(made_with)}."
     text = json.dumps(found, indent=1, allow_nan=False) + "\n"
     path = write_whole(given.results / "detection_limits.json", lambda part: part.write_text(text))
     show(found)

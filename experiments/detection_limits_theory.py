@@ -122,8 +122,8 @@ class Bench:
     def taken(self) -> Left:
         """What free masses, stiffnesses and dampings take up.
 
-        Of floors against the ground, too: that a frame's damping is a chain of its storeys', or
-        modal, is nothing that a test may know.
+        Dashpots between the floors and the ground are free, too: a test is not told that the
+        frame's damping acts in its storeys only, or that it is modal.
         """
         own = frame(self.likelihood, self.rehearsal.healthy)
         return Left([*own, *map(self._dashpot, range(1, self.rig.storeys))])

@@ -13,8 +13,6 @@ from experiments.concealed.pictures import between, percent
 
 COLUMNS = ("Stated", "Mean stated", "Sealed cases", "Weak effects", "Together", "Share",
            "95 % interval")  # fmt: skip
-LEAST = 0.25
-"""Nothing is named first with less."""
 
 
 def table(rows: Iterable[Mapping[str, Any]], results: Path) -> dict[str, Any]:
@@ -28,13 +26,13 @@ def table(rows: Iterable[Mapping[str, Any]], results: Path) -> dict[str, Any]:
     out = []
     for low, high in pairwise(EDGES):
         together = parts[2].get(low)
-        if together is None or high <= LEAST:
+        if together is None:
             continue
         counts = [_count(part.get(low)) for part in parts]
         right = together["right"]
         out.append([f"{low:g} to {high:g}", f"{together['probability']:.3f}", *counts,
                     percent(right["share"]), between(right)])  # fmt: skip
-    return {"columns": list(COLUMNS), "rows": out}
+    return {"columns": list(COLUMNS), "rows": out, "weak": len(weak)}
 
 
 def sealed_cases(rows: Iterable[Mapping[str, Any]]) -> list[Stated]:

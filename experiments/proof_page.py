@@ -101,7 +101,8 @@ def _facts(
     """Return what the template shows, in words."""
     tables = summary["tables"]
     noise = [row["truth"]["noise"] for row in rows]
-    effect = [row["truth"]["effect_over_noise"] for row in rows if effects_of(row["truth"])]
+    hidden = [row for row in rows if effects_of(row["truth"])]
+    effect = [row["truth"]["effect_over_noise"] for row in hidden]
     effect = [value for value in effect if value]
     alarms = tables["none"]["false_alarm"] if "none" in tables else None
     return {
@@ -127,6 +128,7 @@ def _facts(
         "misses": [_miss(m) for m in summary["misses"] if m["table"] != "none"],
         "alarms": _alarms(alarms, [m for m in summary["misses"] if m["table"] == "none"]),
         "fits": _fits(summary),
+        "left": sum(row["score"]["explained_over_calibrated_ahead"] == 1 for row in hidden),
         "worse": [
             [one["case"], f"{one['ratio']:.4g}", number(one["over_true"])]
             for one in summary["worse_ahead"]
@@ -139,7 +141,7 @@ def _about(name: str) -> tuple[str, str]:
 
 
 def _newest(rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return the summary of the last campaign, whose cases the present engine diagnosed."""
+    """Return the summary of the last campaign alone."""
     campaigns = {row["case"]: int(row["case"].rpartition("/")[0] or 1) for row in rows}
     last = max(campaigns.values())
     return summarise({row["case"]: row for row in rows if campaigns[row["case"]] == last})
@@ -157,7 +159,7 @@ def _headline(summary: dict[str, Any], newest: dict[str, Any]) -> dict[str, Any]
         ["two seconds ahead: explained twin no worse than calibrated",
          *_counted(summary["all"][key]), *_counted(newest["all"][key]), "always"]
     )  # fmt: skip
-    columns = ["What was asked", "Right", "Share", "Newest campaign", "Share", "Aim"]
+    columns = ["What was asked", "Right", "Share", "Newest campaign", "Share of these", "Aim"]
     return {"columns": columns, "rows": rows}
 
 

@@ -60,7 +60,7 @@ def tangent(likelihood: Likelihood, m: Mechanism, runs: Sequence[Run]) -> list[A
 
 
 def frame(likelihood: Likelihood, runs: Sequence[Run]) -> list[Array]:
-    """Return the columns of all masses, stiffnesses and modal damping ratios."""
+    """Return the columns of all masses, and of the storeys' stiffnesses and dampings."""
     rig = likelihood.rehearsal.rig
     found = []
     for i in range(1, rig.storeys + 1):

@@ -12,7 +12,7 @@ from twin.diagnosis.base import base_hypothesis
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.filtering import recursion
 from twin.diagnosis.fitting import fit
-from twin.diagnosis.following import follows_motion
+from twin.diagnosis.following import _correlation, follows_motion
 from twin.diagnosis.plant import build, sampled
 
 Force = physics.mechanisms()["unmeasured_force"]
@@ -62,3 +62,23 @@ def test_a_lorry_that_shakes_the_frame_by_itself_is_no_law():
     nothing = fit(bench, base, 1e-2)
     found = fit(bench, base.including(Force("floor2", 5.0, 5.0, 10.0)), 1e-4)
     assert not follows_motion(bench, nothing, found)
+
+
+@pytest.mark.parametrize(
+    ("heard", "outputs"),
+    [
+        ([np.ones(10)], [np.ones((10, 2))]),  # shorter than a window
+        ([np.zeros(2048)], [np.ones((2048, 2))]),  # silent
+        ([np.ones(2048)], [np.arange(4096.0).reshape(2048, 2)]),  # always the same
+    ],
+    ids=["short", "silent", "steady"],
+)
+def test_what_cannot_tell_does_not_follow(heard, outputs):
+    with np.errstate(all="raise"):
+        assert _correlation(heard, outputs, 64) == 0.0
+
+
+def test_powers_that_go_together_correlate_whatever_their_scale():
+    t = np.arange(2048) / RATE
+    force = np.exp(-t / 4) * rng(1).standard_normal(2048)
+    assert _correlation([force], [1e3 * np.column_stack([force, force])], 64) > 0.99

@@ -9,13 +9,13 @@ from diagnosis_support import RATE, TWO, concealed, exact_trial, lumped, rng
 from twin import physics
 from twin.diagnosis.base import base_hypothesis, bent, surroundings
 from twin.diagnosis.bench import Bench
+from twin.diagnosis.estimator import foreseeing
 from twin.diagnosis.fitting import fit
 from twin.diagnosis.motion import motion_of
 from twin.diagnosis.prepare import prepare
 from twin.diagnosis.refining import refined, with_slack, with_widths
 from twin.diagnosis.scene import Scene
 from twin.diagnosis.screen import screen
-from twin.diagnosis.shown import _foreseeing
 from twin.diagnosis.stage import next_stage
 from twin.diagnosis.unnamed import foresees_off
 
@@ -98,7 +98,7 @@ def test_broad_noise_is_not_foreseen_a_sinusoid_is():
         bench = Bench(TWO, (trial,), between="linear")
         nothing = refined(bench, [base_hypothesis(TWO)], 3e-3, rounds=2)
         best = refined(bench, [nothing.hypothesis.including(mechanism)], 3e-3, rounds=2)
-        hypothesis, slack = _foreseeing(bench, best, nothing)
+        hypothesis, slack = foreseeing(bench, best, nothing)
         assert bool(hypothesis.found) == foreseen
         chosen = replace(best, hypothesis=hypothesis, slack=slack, starts=())
         assert foresees_off(bench, chosen) <= foresees_off(bench, replace(best, starts=()))

@@ -1,5 +1,6 @@
 """The search on rigs with one thing concealed: found where it is, or said not to be known."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -126,11 +127,26 @@ def test_without_any_law_to_put_in_its_place_a_broad_force_stays(monkeypatch):
     assert searching._lawful(None, rival(STOP, 0.0), alone) is alone
 
 
-def test_laws_that_explain_less_than_a_force_that_follows_the_motion_explain_poorly():
+@pytest.fixture(scope="module")
+def softened():
+    """A bench on which one storey is softer, and the fit that says so."""
     softer = ALL["stiffness"]("storey1", -60.0)
     bench = Bench(TWO, (exact_trial((softer,), seed=1),), "linear")
-    follower = fit(bench, base_hypothesis(TWO).including(softer), 1e-3)
-    for more, outdone in ((10.0, True), (-10.0, False)):
-        named = SimpleNamespace(bic=follower.bic + more)
-        assert _outdone(bench, named, follower) is outdone
-    assert not _outdone(bench, SimpleNamespace(bic=np.inf), None)
+    return bench, fit(bench, base_hypothesis(TWO).including(softer), 1e-3)
+
+
+@pytest.mark.parametrize(("more", "outdone"), [(100.0, True), (1.0, False), (-100.0, False)])
+def test_laws_that_explain_less_than_a_force_that_follows_the_motion_explain_poorly(
+    softened, more, outdone
+):
+    bench, follower = softened
+    assert _outdone(bench, rival(STOP, follower.bic + more), follower) is outdone
+
+
+def test_neither_a_fault_of_an_instrument_nor_a_judge_that_trusts_the_forces_is_outdone(softened):
+    bench, follower = softened
+    fault = ALL["sensor_clipping"]("acc_floor1", 1.0)
+    assert not _outdone(bench, rival(fault, follower.bic + 100), follower)
+    trusting = replace(bench, slacks=bench.slacks[:1])
+    assert not _outdone(trusting, rival(STOP, follower.bic + 100), follower)
+    assert not _outdone(bench, rival(STOP, np.inf), None)

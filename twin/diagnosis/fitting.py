@@ -26,7 +26,7 @@ class Fit:
         hypothesis: with the fitted values.
         std: standard deviation of each unknown, (unknowns,), in the fitted coordinates.
         log_likelihood: of the outputs given the inputs, profiled over the noise's covariances.
-        log_prior: of the base's deviations.
+        log_prior: of all that has a prior.
         slack: force noise that the filter assumes.
         gains: one a trial.
         starts: initial states, one (n,) a trial.
@@ -91,7 +91,7 @@ def log_likelihood(innovations: Sequence[Array]) -> float:
 
 
 def log_prior(unknowns: Sequence[Unknown], vector: Array) -> float:
-    """Return the log prior of the base's deviations, up to a constant."""
+    """Return the log prior of the unknowns that have one, up to a constant."""
     pulls = [(v - u.prior_mean) / u.prior_std for u, v in zip(unknowns, vector, strict=True)]
     return float(-0.5 * np.sum(np.square(pulls)))
 

@@ -28,6 +28,9 @@ CAUSED = 0.1
 """The same with what the measured forces alone would cause: a lorry that passes shakes the frame
 and is felt in both, but comes when it likes."""
 
+FEWEST = 10
+"""Windows that it takes to tell."""
+
 SILENT = 1e-12
 """Power that is added to every window's, as a share of the loudest."""
 
@@ -43,18 +46,23 @@ def follows_motion(bench: Bench, nothing: Fit, found: Fit) -> bool:
 
 
 def _correlation(heard: Sequence[Array], outputs: Sequence[Array], length: int) -> float:
-    """Return the correlation of the logarithms of two powers, window by window over all trials."""
+    """Return the correlation of the logarithms of two powers, window by window over all trials.
+
+    Zero where there are too few windows to tell, or one of the two is silent or always the same.
+    """
     forces = [_powers(force[:, None], length) for force in heard]
     motions = [_powers(y[-len(f) :], length) for f, y in zip(heard, outputs, strict=True)]
-    return float(np.corrcoef(_logarithms(forces), _logarithms(motions))[0, 1])
+    one, other = (np.concatenate(powers) for powers in (forces, motions))
+    if len(one) < FEWEST or not min(one.max(), other.max()) > 0:
+        return 0.0
+    logarithms = [np.log(powers + SILENT * powers.max()) for powers in (one, other)]
+    if not all(np.std(values) > 0 for values in logarithms):
+        return 0.0
+    return float(np.corrcoef(*logarithms)[0, 1])
 
 
 def _powers(x: Array, length: int) -> Array:
     """Return the mean squares of a signal's windows, (windows,)."""
     count = len(x) // length
-    return np.asarray(np.mean(x[: count * length].reshape(count, -1) ** 2, axis=1))
-
-
-def _logarithms(powers: Sequence[Array]) -> Array:
-    together = np.concatenate(powers)
-    return np.asarray(np.log(together + SILENT * together.max()))
+    windows = x[: count * length].reshape(count, length * x.shape[1])
+    return np.asarray(np.mean(windows**2, axis=1))

@@ -152,9 +152,14 @@ def _recorded(trial: Trial, sound: Trial, predicted: Array, hypothesis: Hypothes
 
 def nrmse(trials: Sequence[Trial], simulated: Sequence[Array]) -> float:
     """Return RMS of the residual over RMS of the output, pooled over channels and recordings."""
-    error = sum(float(np.sum((t.y - s) ** 2)) for t, s in zip(trials, simulated, strict=True))
+    error = float(np.sum(squared_errors(trials, simulated)))
     power = sum(float(np.sum(t.y**2)) for t in trials)
     return float(np.sqrt(error / power))
+
+
+def squared_errors(trials: Sequence[Trial], simulated: Sequence[Array]) -> Array:
+    """Return the squared residuals of every trial, summed over channels and samples, (trials,)."""
+    return np.array([np.sum((t.y - s) ** 2) for t, s in zip(trials, simulated, strict=True)])
 
 
 def noise_floors(

@@ -22,7 +22,7 @@ from twin.physics.restoring_force import RestoringForce
 
 Array = NDArray[np.float64]
 
-FOLLOWS = 0.85
+FORESEES = 0.85
 """A law without a name must take the error two seconds ahead to this share of what both a random
 force and the twin without either miss: a force that follows the motion can be foreseen in part."""
 
@@ -86,7 +86,7 @@ def unnamed_law(
             best = min(best, again, key=lambda f: f.bic)
     if broad:  # a force that follows the motion is a law, however well noise fits
         otherwise = min(foresees_off(bench, best), foresees_off(bench, nothing))
-        if foresees_off(bench, unnamed) < FOLLOWS * otherwise:
+        if foresees_off(bench, unnamed) < FORESEES * otherwise:
             return best, unnamed
     if poor and unnamed.bic < nothing.bic - DECISIVE:
         return best, unnamed
@@ -95,14 +95,18 @@ def unnamed_law(
 
 
 def _outdone(bench: Bench, best: Fit, follower: Fit | None) -> bool:
-    """Return whether a random force explains more than the laws; noise levels may have changed."""
-    if follower is None:
+    """Return whether a random force explains more than the laws; noise levels may have changed.
+
+    Not beside faults of instruments, and not where the laws' own free run was the judge: there
+    noise of the measured force is taken for nothing, and a random force would stand for it.
+    """
+    if follower is None or not _about_motion(best) or len(bench.slacks) == 1:
         return False
     try:
         again = fit(bench, follower.hypothesis, follower.slack, follower.starts, iterations=1)
     except np.linalg.LinAlgError:
         return False
-    return again.bic < best.bic
+    return again.bic < best.bic - DECISIVE
 
 
 def runs_off(bench: Bench, found: Fit) -> float:

@@ -54,7 +54,10 @@ class Clearance(Law):
     law = staticmethod(law)
 
     def priors(self) -> dict[str, tuple[float, float]]:
-        """It is most likely a part of the storey itself that has play."""
+        """It is most likely a part of the storey itself that has play.
+
+        It is held to the stiffness that a fit starts from; its rounds follow.
+        """
         own = max(self.stiffness, TINY)
         return {"replaced": (own, 0.5 * own)}
 

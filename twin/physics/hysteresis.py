@@ -117,7 +117,8 @@ class Hysteresis(Law):
     def priors(self) -> dict[str, tuple[float, float]]:
         """A part of the storey slips, most likely its own, from a thousandth of it to all of it.
 
-        A joint much stiffer than the storey is friction.
+        A joint much stiffer than the storey is friction. What it replaces is held to the stiffness
+        that a fit starts from; its rounds follow.
         """
         part = float(np.log(PART * self.storey_stiffness))
         own = max(self.stiffness, TINY)

@@ -1,16 +1,19 @@
-"""Two seconds ahead: what was found is used where it foresees, and not where it does not."""
+"""The estimator: what was found is used where it foresees, and not where it does not."""
 
 from dataclasses import replace
 
 import pytest
-from diagnosis_support import TWO, exact_trial
+from diagnosis_support import TWO, exact_trial, lumped, recorded
 
 from twin import physics
 from twin.diagnosis.base import base_hypothesis
 from twin.diagnosis.bench import Bench
+from twin.diagnosis.estimator import foreseeing
 from twin.diagnosis.fitting import fit
+from twin.diagnosis.prepare import prepare
 from twin.diagnosis.refining import refined
-from twin.diagnosis.shown import _foreseeing
+from twin.diagnosis.search import Found
+from twin.diagnosis.shown import FORESEEN, Shown
 
 ALL = physics.mechanisms()
 SOFTER = ALL["stiffness"]("storey1", -60.0)
@@ -28,13 +31,13 @@ def calibrated(bench):
 
 def test_what_was_found_foresees_with_its_own_slack_where_it_is_right(bench, calibrated):
     best = refined(bench, [base_hypothesis(TWO).including(SOFTER)], 1e-3)
-    assert _foreseeing(bench, best, calibrated) == (best.hypothesis, best.slack)
+    assert foreseeing(bench, best, calibrated) == (best.hypothesis, best.slack)
 
 
 def test_what_foresees_worse_is_left_to_the_calibrated_twin(bench, calibrated):
     wrong = ALL["quadratic_stiffness"]("storey2", 40000.0)
     best = replace(calibrated, hypothesis=calibrated.hypothesis.including(wrong))
-    assert _foreseeing(bench, best, calibrated) == (calibrated.hypothesis, calibrated.slack)
+    assert foreseeing(bench, best, calibrated) == (calibrated.hypothesis, calibrated.slack)
 
 
 def test_what_is_right_on_one_kind_of_test_only_is_not_trusted(bench, calibrated):
@@ -45,6 +48,23 @@ def test_what_is_right_on_one_kind_of_test_only_is_not_trusted(bench, calibrated
     louder = replace(first, u=10 * first.u, y=10 * first.y)
     mixed = replace(bench, trials=(louder, replace(second, u=sound.u, y=sound.y)))
     plain = replace(calibrated, hypothesis=base_hypothesis(TWO), slack=best.slack)
-    assert _foreseeing(mixed, best, plain)[0] == plain.hypothesis
+    assert foreseeing(mixed, best, plain)[0] == plain.hypothesis
     both = replace(bench, trials=(louder, louder))
-    assert _foreseeing(both, best, plain)[0] == best.hypothesis
+    assert foreseeing(both, best, plain)[0] == best.hypothesis
+
+
+def test_a_changed_part_is_the_calibrated_twin_and_foresees_as_it_is(bench, calibrated):
+    assert foreseeing(bench, calibrated, calibrated) == (calibrated.hypothesis, calibrated.slack)
+
+
+@pytest.mark.parametrize("helps", [True, False])
+def test_the_notes_say_where_a_finding_does_not_help_to_foresee(helps):
+    records = [recorded(lumped(), seed, 0.6, 6.0) for seed in (1, 2)]
+    ready = prepare(lumped(), records[:1], records[1:])
+    base = base_hypothesis(ready.train.model)
+    nothing = fit(ready.train, base, 1e-4)
+    stop = ALL["quadratic_stiffness"]("storey2", 40000.0)
+    best = nothing if helps else replace(nothing, hypothesis=base.including(stop))
+    found = Found(nothing, best, (), ready.train)
+    shown = Shown(ready, found, nothing, seed=0)
+    assert (FORESEEN in shown.notes()) is not helps
