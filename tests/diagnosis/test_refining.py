@@ -1,5 +1,7 @@
 """Parameters and slack in turn: a fit starts from a slack of its own where the old one hides it."""
 
+from types import SimpleNamespace
+
 import pytest
 from diagnosis_support import TWO, exact_trial
 
@@ -36,3 +38,27 @@ def test_a_neighbouring_slack_needs_no_start_of_its_own(monkeypatch):
     monkeypatch.setattr(refining, "_begun", lambda *a: calls.append(a[2]) or original(*a))
     refined(bench, [base_hypothesis(TWO)], 1e-4, rounds=0)
     assert len(calls) == 1
+
+
+def test_friction_begins_sharp_as_well_and_nothing_else_does():
+    friction = physics.mechanisms()["coulomb_friction"]("storey2", 0.01, 1e-3)
+    start = base_hypothesis(TWO).including(SOFTER, friction)
+    sharp = refining._sharpened(start)
+    assert sharp.found[0] == SOFTER
+    assert sharp.found[1].values["regular_rate"] == pytest.approx(1e-6)
+    assert sharp.found[1].values["force"] == 0.01
+    assert refining._sharpened(base_hypothesis(TWO)) is None
+    assert refining._sharpened(base_hypothesis(TWO).including(friction, SOFTER)) is None
+
+
+@pytest.mark.parametrize(("blurred", "sharp"), [(10.0, 20.0), (20.0, 10.0)])
+def test_of_a_blurred_and_a_sharp_start_the_better_one_is_kept(monkeypatch, blurred, sharp):
+    friction = physics.mechanisms()["coulomb_friction"]("storey2", 0.01, 1e-3)
+
+    def led_to(bench, starts, *rest):
+        rate = starts[-1].found[-1].values["regular_rate"]
+        return SimpleNamespace(log_posterior=blurred if rate == 1e-3 else sharp)
+
+    monkeypatch.setattr(refining, "_refined", led_to)
+    found = refined(None, [base_hypothesis(TWO).including(friction)], 1e-3)
+    assert found.log_posterior == 20.0

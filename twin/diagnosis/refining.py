@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -18,6 +19,9 @@ Array = NDArray[np.float64]
 FACTORS = (0.01, 0.1, 0.4, 2.5, 10.0)
 """By which the strength and the bandwidth of an unmeasured force are tried, and what friction's
 change of sign is blurred by."""
+
+SHARPER = 1e-3
+"""Factor by which friction's change of sign is made sharper for a start of its own."""
 
 FAR = 35.0
 """Slacks further apart than by this factor are not neighbours."""
@@ -95,6 +99,24 @@ def refined(
         rounds: at most.
         iterations: Gauss-Newton steps in each.
     """
+    found = _refined(bench, starts, slack, states, rounds, iterations)
+    sharp = [h for h in map(_sharpened, starts) if h is not None]
+    if sharp:
+        with suppress(np.linalg.LinAlgError):
+            other = _refined(bench, sharp, slack, states, rounds, iterations)
+            found = max(found, other, key=lambda f: f.log_posterior)
+    return found
+
+
+def _refined(
+    bench: Bench,
+    starts: Sequence[Hypothesis],
+    slack: float,
+    states: Sequence[Array] | None,
+    rounds: int,
+    iterations: int,
+) -> Fit:
+    """Return what one set of starting points leads to."""
     # the last start is the neutral one: not the best to begin with, but without a bent base
     others = sorted(starts[:-1], key=lambda h: -_posterior(bench, h, slack, states))[:1]
     tried = [_begun(bench, h, slack, states, iterations) for h in (*others, starts[-1])]
@@ -117,6 +139,19 @@ def refined(
                 return best
             best = tightened
     return best
+
+
+def _sharpened(start: Hypothesis) -> Hypothesis | None:
+    """Return a start whose last finding, if it sticks, changes its sign at once.
+
+    Blurred as the screening likes it, friction that holds the frame for most of a recording looks
+    like damping, and its fit may go astray; sharp, it may be stuck where it begins.
+    """
+    last = start.found[-1] if start.found else None
+    if not isinstance(last, Law) or not last.sticks:
+        return None
+    sharp = last.with_values({"regular_rate": SHARPER * last.values["regular_rate"]})
+    return replace(start, found=(*start.found[:-1], sharp))
 
 
 def _begun(
