@@ -15,6 +15,9 @@ from twin.view.colours import FRAME, GROUND, IDENTIFIED, MEASURED, TRUE
 TOLD_APART = 0.35
 """Height over which the points of one table are spread."""
 
+FARTHEST = 1e3
+"""Ratios beyond this, of runs that diverge, are arrows at the edge."""
+
 Rows = Sequence[Mapping[str, Any]]
 
 
@@ -100,8 +103,9 @@ def fit_ratios(rows: Rows) -> Figure:
     for label, colour in (("answered right", TRUE), ("missed", IDENTIFIED)):
         axes[0].plot([], [], "o", ms=4, color=colour, label=label)
     axes[0].plot([], [], "|", ms=14, mew=2, color="black", label="median")
+    axes[0].plot([], [], ">", ms=6, color=GROUND, label=f"beyond {FARTHEST:g}")
     handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=3, frameon=False, fontsize=9)
+    figure.legend(handles, labels, loc="outside upper center", ncols=4, frameon=False, fontsize=9)
     return figure
 
 
@@ -112,8 +116,11 @@ def _strip(ax: Axes, scores: Rows, key: str, level: int) -> None:
         return
     ratios = np.array([score[key] for score in given])
     spread = TOLD_APART * ((0.618034 * np.arange(len(given))) % 1 - 0.5)
-    colours = [TRUE if score["right"] else IDENTIFIED for score in given]
-    ax.scatter(ratios, level + spread, s=9, c=colours, linewidths=0)
+    colours = np.array([TRUE if score["right"] else IDENTIFIED for score in given])
+    inside = ratios <= FARTHEST
+    for these, marker, size in ((inside, "o", 9), (~inside, ">", 40)):
+        at = np.minimum(ratios[these], FARTHEST), (level + spread)[these]
+        ax.scatter(*at, s=size, c=colours[these], marker=marker, linewidths=0)
     ax.plot(np.median(ratios), level, "|", ms=20, mew=2, color="black")
 
 
