@@ -8,7 +8,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from experiments.concealed.calibration import EDGES, Stated, calibration_curve
+from experiments.concealed.calibration import EDGES, Stated, calibration_curve, first_stated
 from experiments.concealed.pictures import between, percent
 
 COLUMNS = ("Stated", "Mean stated", "Sealed cases", "Weak effects", "Together", "Share",
@@ -21,7 +21,10 @@ def table(rows: Iterable[Mapping[str, Any]], results: Path) -> dict[str, Any]:
     The sealed cases are mostly too clear for a probability in the middle; the cases of the
     detection limits, where they have been run, are made to be weak.
     """
-    sealed, weak = sealed_cases(rows), weak_cases(results / "detection_limits.json")
+    sealed, weak = (
+        first_stated(row["score"] for row in rows),
+        weak_cases(results / "detection_limits.json"),
+    )
     parts = [_bins(sealed), _bins(weak), _bins([*sealed, *weak])]
     out = []
     for low, high in pairwise(EDGES):
@@ -33,16 +36,6 @@ def table(rows: Iterable[Mapping[str, Any]], results: Path) -> dict[str, Any]:
         out.append([f"{low:g} to {high:g}", f"{together['probability']:.3f}", *counts,
                     percent(right["share"]), between(right)])  # fmt: skip
     return {"columns": list(COLUMNS), "rows": out, "weak": len(weak)}
-
-
-def sealed_cases(rows: Iterable[Mapping[str, Any]]) -> list[Stated]:
-    """Return the first findings' probabilities, and whether they were right."""
-    scores = [row["score"] for row in rows]
-    return [
-        (s["probability"], bool(s["first_right"] and not s["false_alarm"]))
-        for s in scores
-        if s["probability"] is not None
-    ]
 
 
 def weak_cases(file: Path) -> list[Stated]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from itertools import pairwise
 from typing import Any
 
@@ -15,6 +15,15 @@ EDGES = (0.0, 0.05, 0.25, 0.5, 0.7, 0.85, 0.95, 0.99, 1.0)
 
 Stated = tuple[float, bool]
 """A stated probability, and whether it was right."""
+
+
+def first_stated(scores: Iterable[Mapping[str, Any]]) -> list[Stated]:
+    """Return the first findings' probabilities, and whether they were right."""
+    return [
+        (s["probability"], bool(s["first_right"] and not s["false_alarm"]))
+        for s in scores
+        if s["probability"] is not None
+    ]
 
 
 def calibration_curve(stated: Iterable[Stated]) -> list[dict[str, Any]]:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .calibration import calibration_curve
+from .calibration import calibration_curve, first_stated
 from .mechanisms import FLOOR, GROUND, SENSOR, STOREY
 from .score import effects_of, pair_of, words
 from .shares import median, share
@@ -47,11 +47,7 @@ def summarise(results: Mapping[str, dict[str, Any]]) -> dict[str, Any]:
     return {
         "tables": {name: numbers_of(by_table[name]) for name in _ordered(by_table)},
         "all": numbers_of(hidden),
-        "calibration": calibration_curve(
-            (s["probability"], s["first_right"] and not s["false_alarm"])
-            for s in scores
-            if s["probability"] is not None
-        ),
+        "calibration": calibration_curve(first_stated(scores)),
         "calibration_all": calibration_curve(tuple(one) for s in scores for one in s["stated"]),
         "worse_ahead": [
             {
