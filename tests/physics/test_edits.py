@@ -111,6 +111,18 @@ def test_a_shaken_base_gives_way_above_the_table():
     assert error(soft["acc_floor2"], stiff) < 0.01
 
 
+@pytest.mark.parametrize(("stiffness", "damping"), [(1e6, 6e4), (1e9, 1e3)])
+def test_a_base_that_is_stiff_or_strongly_damped_lets_the_model_step_finely_enough(
+    stiffness, damping
+):
+    rig = Twin.load("two_storey_lumped").including(
+        ALL["base_compliance"]("ground", stiffness, damping, 2.9)
+    )
+    columns = rig.simulate({"force_floor2": push(1200)}, RATE, 1200).columns
+    clamped = LUMPED.simulate({"force_floor2": push(1200)}, RATE, 1200).columns
+    assert error(columns["acc_floor2"], clamped["acc_floor2"]) < 0.05
+
+
 def test_a_file_with_drag_can_be_read_again_with_its_ground_fast_or_free():
     drag = ALL["quadratic_drag"]("floor2", 20.0)
     twin = LUMPED.including(drag)

@@ -10,7 +10,7 @@ import numpy as np
 
 from twin.errors import ModelError
 from twin.parameter import Parameter
-from twin.physics.edits import BASE_JOINT, body_of, set_mass
+from twin.physics.edits import BASE_JOINT, body_of, follow, set_mass
 from twin.physics.mechanism import StructuralChange, Surroundings
 from twin.second_order import SecondOrderModel
 
@@ -97,6 +97,7 @@ class BaseCompliance(StructuralChange):
         joint = ground.add_joint(name=BASE_JOINT, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[1, 0, 0])
         joint.stiffness = [self.stiffness, 0.0, 0.0]
         joint.damping = [self.damping, 0.0, 0.0]
+        follow(spec, self.mass, self.damping, self.stiffness)
 
     @classmethod
     def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:

@@ -22,6 +22,10 @@ What sticks creeps at the rate that would stop in 1/3000 s; Runge-Kutta steps of
 2.8/3000 s make it chatter, at accelerations as large as those of the frame.
 """
 
+STABLE = 2.0
+"""Longest step times the fastest pole: Runge-Kutta (fourth order) is stable up to 2.6 at least, in
+whatever direction of the left half-plane the pole lies."""
+
 _NUMBERED = re.compile(r"^(?:storey|floor)([1-9][0-9]*)$")
 
 
@@ -104,6 +108,12 @@ def add_friction(spec: mujoco.MjSpec, element: Any, force: float) -> None:
     element.frictionloss = force
     element.solref_friction = FRICTION_SOLREF
     element.solimp_friction = FRICTION_SOLIMP
+
+
+def follow(spec: mujoco.MjSpec, mass: float, damping: float, stiffness: float) -> None:
+    """Let the model step as finely as an oscillator of its own needs [kg, N s/m, N/m]."""
+    poles = np.roots([mass, damping, stiffness])
+    spec.option.timestep = min(spec.option.timestep, STABLE / float(max(abs(poles))))
 
 
 def set_mass(
