@@ -2,10 +2,12 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from diagnosis_support import TWO, exact_trial, lumped, recorded
 
 from twin import physics
+from twin.diagnosis import estimator
 from twin.diagnosis.base import base_hypothesis
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.estimator import foreseeing
@@ -51,6 +53,17 @@ def test_what_is_right_on_one_kind_of_test_only_is_not_trusted(bench, calibrated
     assert foreseeing(mixed, best, plain)[0] == plain.hypothesis
     both = replace(bench, trials=(louder, louder))
     assert foreseeing(both, best, plain)[0] == best.hypothesis
+
+
+def test_what_is_not_sound_must_foresee_far_better(bench, calibrated, monkeypatch):
+    best = refined(bench, [base_hypothesis(TWO).including(SOFTER)], 1e-3)
+    missed = {best.hypothesis: 0.9, calibrated.hypothesis: 1.0}
+    monkeypatch.setattr(estimator, "_missed", lambda b, h, s: np.full(2, missed[h] ** 2))
+    for floor, chosen in ((0.85, best), (0.1, calibrated)):
+        monkeypatch.setattr(estimator, "_least", lambda b, f, floor=floor: 2 * floor**2)
+        assert foreseeing(bench, best, calibrated)[0] == chosen.hypothesis
+    missed[best.hypothesis] = 0.7
+    assert foreseeing(bench, best, calibrated)[0] == best.hypothesis
 
 
 def test_a_changed_part_is_the_calibrated_twin_and_foresees_as_it_is(bench, calibrated):

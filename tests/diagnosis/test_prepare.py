@@ -147,6 +147,18 @@ def test_an_offset_of_an_accelerometer_is_taken_off_and_noted():
     assert not [n for n in ready.notes if "record2" in n]
 
 
+def test_blows_from_one_side_that_are_cut_off_are_no_offset():
+    blows = np.where(rng(6).random(SAMPLES) < 0.2, 9.0, 0.0)
+    values = rng(5).standard_normal(SAMPLES) + blows
+    cut_off = np.clip(values - values.mean(), -1.5, 1.5)
+    assert abs(cut_off.mean()) > 0.3
+    ready = prepare(lumped(), [plain(1, acc_floor1=cut_off)], [plain(2)])
+    column = ready.train.trials[0].outputs.index("acc_floor1")
+    np.testing.assert_array_equal(ready.train.trials[0].y[:, column], cut_off)
+    shifted = prepare(lumped(), [plain(1, acc_floor1=cut_off + 3.0)], [plain(2)])
+    np.testing.assert_allclose(shifted.train.trials[0].y[:, column], cut_off, atol=1e-9)
+
+
 def test_a_driven_ground_is_released_and_that_is_said():
     driven = [
         plain(seed, samples=1200, force_floor2=None, force_ground=tones(1200, seed=seed))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -198,13 +198,16 @@ class Bench:
         def one(number: int) -> tuple[Array, Array, Array]:
             trial, n = self.trials[number], len(plants[number][0].A)
             sounds = [corrected(trial, v.mechanisms) for v in (variants[:1] if whole else variants)]
+            y = np.array([s.y for s in sounds])
+            if trial.blurred is not None:
+                y[:, trial.blurred] = np.nan
             return with_laws(
                 plants[number],
                 gains[number],
                 laws,
                 np.array([s.u for s in sounds]),
                 np.array([self.smooth(s.u) for s in sounds]),
-                np.array([s.y for s in sounds]),
+                y,
                 np.zeros(n) if starts is None else np.asarray(starts[number]),
                 limits,
                 steps,
@@ -231,6 +234,15 @@ def corrected(trial: Trial, mechanisms: Sequence[Mechanism]) -> Trial:
         sound = fault.distort if fault.of_motor else fault.undo
         columns = {**columns, **sound(columns, trial.sampling_hz)}
     return trial.with_columns(columns)
+
+
+def distorted(trial: Trial, mechanisms: Sequence[Mechanism], y: Array) -> Array:
+    """Return what the channel faults that can be undone make of outputs, both (samples, m)."""
+    columns = replace(trial, y=y).columns
+    for fault in mechanisms:
+        if isinstance(fault, ChannelFault) and _changes_data(fault) and not fault.of_motor:
+            columns = {**columns, **fault.distort(columns, trial.sampling_hz)}
+    return np.column_stack([columns[name] for name in trial.outputs])
 
 
 def as_recorded(trial: Trial, mechanisms: Sequence[Mechanism]) -> Array:

@@ -166,7 +166,8 @@ def step_through(  # type: ignore[no-untyped-def]
                     predicted += F[v, o, j] * f[j]
                 limit = limits[v, o]
                 predicted = min(max(predicted, -limit), limit)
-                e[o] = y[w, k, o] - predicted
+                missing = np.isnan(y[w, k, o])
+                e[o] = 0.0 if missing else y[w, k, o] - predicted
                 innovations[v, k, o] = e[o]
             for j in range(count):
                 memories[v, k, j] = z[j]

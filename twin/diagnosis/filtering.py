@@ -187,7 +187,7 @@ def with_laws(
         laws: of each variant, in the plants' order.
         u: (variants or 1, samples, r) at the samples.
         smooth: the same as they drive the states.
-        y: (variants or 1, samples, m).
+        y: (variants or 1, samples, m), not a number where it is not compared.
         start: initial state, (n,).
         limits: clipping levels of the outputs, infinite where there is none, (variants, m).
         steps: integration steps a sample.

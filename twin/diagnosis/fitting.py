@@ -186,7 +186,7 @@ def fit(
             raise np.linalg.LinAlgError("the filter's errors are not finite")
         H, gradient, solve_start = _normal(problem, begin, e, J, unknowns, theta)
         improved = False
-        for _ in range(4):
+        for _ in range(6):
             step = -size * _solved(H, gradient, size, trust)
             step = np.clip(step, -6 * size, 6 * size)
             trial_theta = theta + step

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnosis.bench import Bench, corrected
-from twin.diagnosis.filtering import linear, smoothed
+from twin.diagnosis.bench import Bench, corrected, limits_of
+from twin.diagnosis.filtering import Filtered, linear, smoothed
 from twin.diagnosis.fitting import Fit, gains_of, log_likelihood
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.plant import KNOWN_FORCE, laws_of, place_vector
@@ -22,13 +22,23 @@ Array = NDArray[np.float64]
 
 def states(bench: Bench, fit: Fit) -> list[Array]:
     """Return the smoothed states of every trial, (samples, n); laws must be known forces."""
-    out = []
-    plants = [row[0] for row in bench._plants([fit.hypothesis])]
-    for trial, plant, its, start in zip(bench.trials, plants, fit.gains, fit.starts, strict=True):
-        sound = corrected(trial, fit.hypothesis.mechanisms)
-        found = linear(plant, its, sound.u, bench.smooth(sound.u), sound.y, start)
-        out.append(smoothed(plant, its, found))
-    return out
+    hypothesis = fit.hypothesis
+    plants = [row[0] for row in bench._plants([hypothesis])]
+    if np.isfinite(limits_of(hypothesis.mechanisms, bench.trials[0].outputs)).any():
+        # what is cut off says nothing of the motion beyond
+        stepped = bench.stepped([hypothesis], fit.gains, fit.starts)
+        filtered = [Filtered(e[0], x[0]) for e, x, _ in stepped]
+    else:
+        filtered = []
+        for trial, plant, its, start in zip(
+            bench.trials, plants, fit.gains, fit.starts, strict=True
+        ):
+            sound = corrected(trial, hypothesis.mechanisms)
+            filtered.append(linear(plant, its, sound.u, bench.smooth(sound.u), sound.y, start))
+    return [
+        smoothed(plant, its, each)
+        for plant, its, each in zip(plants, fit.gains, filtered, strict=True)
+    ]
 
 
 def at_place(model: SecondOrderModel, state: Array, place: str) -> tuple[Array, Array]:

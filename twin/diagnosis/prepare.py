@@ -13,6 +13,7 @@ from twin.diagnosis.bench import Bench
 from twin.diagnosis.trials import Trial, trial
 from twin.errors import RecordingError, available
 from twin.model import Twin
+from twin.physics.scales import range_ends
 from twin.recording import Recording
 from twin.second_order import SecondOrderModel
 from twin.signals.resampling import resample
@@ -171,7 +172,8 @@ def _without_offset(
     """Take off the offset of an accelerometer where there is one.
 
     The mean of a true acceleration is the velocity gained over the duration, at most a few times
-    that of the slowest mode; only a mean far above that is an offset.
+    that of the slowest mode; only a mean far above that is an offset. Where the ends of the range
+    are cut off, blows from one side lose more than those from the other: there its middle tells.
     """
     data = recording.data.copy()
     for name in outputs:
@@ -180,10 +182,12 @@ def _without_offset(
         column = recording.names.index(name)
         values = data[:, column]
         rms = float(np.sqrt(np.mean(values**2)))
+        ends = range_ends(values)
+        offset = float(values.mean() if ends is None else sum(ends) / 2)
         possible = 10 * rms / (2 * np.pi * slowest_hz * recording.duration_s)
-        if abs(values.mean()) > possible:
-            notes.append(f"{recording.source}: {name} has an offset of {values.mean():.3g} m/s^2")
-            data[:, column] = values - values.mean()
+        if abs(offset) > possible:
+            notes.append(f"{recording.source}: {name} has an offset of {offset:.3g} m/s^2")
+            data[:, column] = values - offset
     return replace(recording, data=data)
 
 

@@ -10,7 +10,8 @@ import numpy as np
 from twin.diagnosis.adjusting import REPRODUCIBLE, by_free_run, with_between, with_noise
 from twin.diagnosis.base import bent
 from twin.diagnosis.bench import Bench
-from twin.diagnosis.fitting import Fit
+from twin.diagnosis.blurring import as_recorded, without_jumps
+from twin.diagnosis.fitting import Fit, fit
 from twin.diagnosis.following import follows_motion
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.parameters import gravity_instead, is_floor_dashpot, several
@@ -51,11 +52,11 @@ FURTHER_SHARE = 0.006
 model of what was found first is exact: its own errors (the filters' phases, the integrator's
 corners) must not be explained by more physics."""
 
+STICKS = 0.05
+"""The same of what comes third beside dry friction, the least exact of all."""
+
 FORESEES = 0.7
 """A law must take the error two seconds ahead down to this share of a random force's."""
-
-STICKS = 0.05
-"""The same beside dry friction, whose jumps every filter of an instrument blurs."""
 
 
 @dataclass(frozen=True)
@@ -103,10 +104,12 @@ def search(
     if not many and (other := _otherwise(ended)):
         tell("looking again from another first mechanism")
         again = _followed(replace(path, stages=(other,)), heights, most, tell)
-        if again.current.bic < ended.current.bic:
+        if _comparable(bench, again.current).bic < _comparable(bench, ended.current).bic:
             ended = again
-    bench, best, stages = ended.bench, ended.current, ended.stages
+    recorded, best, stages = bench, ended.current, ended.stages
+    bench = ended.bench
     best, unnamed = unnamed_law(bench, nothing, best, stages, heights, tell, follower)
+    bench = as_recorded(bench, recorded)
     return Found(nothing, unnamed or best, stages, bench, best if unnamed else None)
 
 
@@ -131,6 +134,7 @@ def _followed(
     gained = _gain(nothing, current)  # noise levels change below: then the BICs no longer compare
     if len(stages) == 1:
         bench, current = by_free_run(*with_noise(*with_between(bench, current)))
+    bench, current = without_jumps(bench, current)
     while len(stages) < most:
         if len(stages) >= STACKED and is_poor(bench, nothing, current):
             break
@@ -143,12 +147,12 @@ def _followed(
         allowed = tuple(f for f in stage.fits if is_narrow(f.hypothesis.found[-1]))
         stages.append(replace(stage, fits=allowed))
         rough = any(law.sticks for law in laws_of(current.hypothesis.found))
-        share = STICKS if rough else FURTHER_SHARE
+        share = STICKS if rough and len(current.hypothesis.found) > 1 else FURTHER_SHARE
         needed = DECISIVE + max(FURTHER_SAMPLE * bench.samples, share * gained)
         better = [f for f in allowed if f.bic < current.bic - needed]
         if better:
             gained += current.bic - better[0].bic
-            current = better[0]
+            bench, current = without_jumps(bench, better[0])
         elif (promoted := _promoted(bench, current, needed if rough else DECISIVE)) is not None:
             stages[-1] = promoted
             current = promoted.fits[0]
@@ -268,6 +272,14 @@ def _foreseeing(bench: Bench, stage: Stage) -> Stage:
         return stage
     chosen = stage.fits[best[1]]
     return replace(stage, fits=(chosen, *(f for f in stage.fits if f is not chosen)))
+
+
+def _comparable(bench: Bench, found: Fit) -> Fit:
+    """Return a fit on the bench of the first stage, whatever was chosen or left out on its way."""
+    try:
+        return fit(bench, found.hypothesis, found.slack, found.starts, iterations=1)
+    except np.linalg.LinAlgError:
+        return found
 
 
 def _gain(nothing: Fit, found: Fit) -> float:

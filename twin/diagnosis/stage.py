@@ -13,6 +13,7 @@ from twin.diagnosis.fitting import Fit, fit
 from twin.diagnosis.heard import best_of_each, elsewhere
 from twin.diagnosis.locating import locate
 from twin.diagnosis.motion import motion_of
+from twin.diagnosis.plant import laws_of
 from twin.diagnosis.refining import refined, with_slack
 from twin.diagnosis.scene import Candidate, Scene
 from twin.diagnosis.screen import screen
@@ -47,6 +48,10 @@ LITTLE = 1e-3
 NARROW_HZ = 0.5
 """An unmeasured force that is found beside something else must have a narrower band than this: a
 broad one is only what the first finding's model leaves over."""
+
+EXPECTED = 4.0
+"""Squares of the innovations, over those that the filter expects, up to which they are as expected:
+noise levels are known within a factor of two."""
 
 
 @dataclass(frozen=True)
@@ -110,8 +115,25 @@ def next_stage(
 
 
 def explained(current: Fit, where: Mapping[str, float], bench: Bench) -> bool:
-    """Return whether neither the filter nor a latent force anywhere finds anything left."""
+    """Return whether neither the filter nor a latent force anywhere finds anything left.
+
+    With friction a latent force does not tell: where that jumps, it is not known well enough to say
+    what else there is. There the laws' own filter must find what it expects, too.
+    """
+    if any(law.sticks for law in laws_of(current.hypothesis.found)) and not _expected(
+        current, bench
+    ):
+        return False
     return current.slack <= LITTLE and max(where.values()) < FURTHER_SAMPLE * bench.samples / 2
+
+
+def _expected(current: Fit, bench: Bench) -> bool:
+    """Return whether the innovations that are compared are as small as the filter expects."""
+    for trial, gains, e in zip(bench.trials, current.gains, current.innovations, strict=True):
+        compared = e if trial.blurred is None else e[~trial.blurred]
+        if np.any(np.mean(compared**2, axis=0) > EXPECTED * np.diag(gains.innovation)):
+            return False
+    return True
 
 
 def _promising(candidates: Sequence[Candidate]) -> list[Candidate]:

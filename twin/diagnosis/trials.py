@@ -35,6 +35,7 @@ class Trial:
         input_noise: standard deviation of the noise in each input, (r,).
         output_noise: the same for the outputs, (m,).
         added_mass: place -> mass bolted on for this recording [kg].
+        blurred: samples that laws are not compared with, (samples,); there ``y`` is a prediction.
     """
 
     name: str
@@ -46,6 +47,7 @@ class Trial:
     input_noise: Array
     output_noise: Array
     added_mass: Mapping[str, float] = field(default_factory=dict)
+    blurred: NDArray[np.bool_] | None = None
 
     def __post_init__(self) -> None:
         for name in ("u", "y", "input_noise", "output_noise"):
@@ -67,6 +69,10 @@ class Trial:
         u = np.column_stack([columns[name] for name in self.inputs])
         y = np.column_stack([columns[name] for name in self.outputs])
         return replace(self, u=u, y=y)
+
+    def with_outputs(self, y: Array, blurred: NDArray[np.bool_] | None = None) -> Trial:
+        """Return the trial with other outputs, (samples, m), some of which are not compared."""
+        return replace(self, y=y, blurred=blurred)
 
     def base(self, model: SecondOrderModel) -> SecondOrderModel:
         """Return the model with this recording's added masses."""

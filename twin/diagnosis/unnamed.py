@@ -29,7 +29,7 @@ force and the twin without either miss: a force that follows the motion can be f
 MOTION = ("missing_physics", "parameter")
 """Verdicts of what acts on the motion: a faulty channel does not."""
 
-POOR = 3.0
+POOR = 1.6
 POOR_SHARE = 0.3
 """An explanation that misses two seconds ahead by this many times what noise alone would do, and by
 this share of what the twin without it misses, is none."""

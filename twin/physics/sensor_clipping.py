@@ -10,12 +10,18 @@ import numpy as np
 
 from twin.parameter import Parameter
 from twin.physics.mechanism import Array, ChannelFault, Surroundings
-from twin.physics.scales import peak
+from twin.physics.scales import peak, range_ends
+
+READ_OFF = 0.005
+"""Standard deviation of the logarithm of a level at which readings pile up."""
 
 
 @dataclass(frozen=True)
 class SensorClipping(ChannelFault):
     """Recorded = true, held within plus and minus ``level``; it cannot be undone.
+
+    Attributes:
+        expected: level at which readings pile up, or NaN; not fitted.
 
     Source: censored observations, Tobin 1958.
     """
@@ -28,6 +34,15 @@ class SensorClipping(ChannelFault):
     mjcf: ClassVar[str] = "a channel's fault is not part of the model"
 
     level: float = np.inf
+    expected: float = np.nan
+
+    def priors(self) -> dict[str, tuple[float, float]]:
+        """Where readings pile up, the range ends."""
+        return (
+            {"level": (float(np.log(self.expected)), READ_OFF)}
+            if np.isfinite(self.expected)
+            else {}
+        )
 
     def scaled(self, factor: float) -> Self:
         """Return a range ``factor`` times as small."""
@@ -43,5 +58,8 @@ class SensorClipping(ChannelFault):
 
     @classmethod
     def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:
-        """Return the largest reading: a channel that clips has reached its end."""
+        """Return where readings pile up, else the largest: one that clips has reached its end."""
+        if (ends := range_ends(around.reading)) is not None:
+            level = max(map(abs, ends))
+            return (cls(place, level, level),)
         return (cls(place, peak(around.reading)),)

@@ -1,0 +1,90 @@
+"""Friction's jumps: what an instrument's filter blurs is not compared."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from diagnosis_support import RATE, TWO, exact_trial, motion, tones
+from scipy import signal
+
+from twin import physics
+from twin.diagnosis.base import base_hypothesis
+from twin.diagnosis.bench import Bench
+from twin.diagnosis.blurring import BLURRED, as_recorded, without_jumps
+from twin.diagnosis.fitting import fit
+from twin.diagnosis.trials import Trial
+
+ALL = physics.mechanisms()
+FRICTION = ALL["coulomb_friction"]("storey1", 0.15, 1e-5)
+OVER, SECONDS = 8, 8
+NOISE = 1e-4
+
+
+def rubbing(seed, sound=True):
+    """A trial of a frame that rubs, recorded through a filter of order six at 0.4 of the rate."""
+    samples = OVER * SECONDS * round(RATE)
+    force = np.zeros((samples, 2))
+    force[:, 1] = tones(samples, OVER * RATE, seed, 0.5)
+    law = (lambda d, v: 0.15 * np.tanh(v / 1e-4)) if sound else None
+    _, _, acc = motion(TWO, force, OVER * RATE, law=law, b=[1.0, 0.0])
+    both = np.column_stack([force[:, 1:], acc])
+    filtered = signal.sosfilt(signal.butter(6, 0.4 / OVER * 2, output="sos"), both, axis=0)[::OVER]
+    y = filtered[:, 1:] + NOISE * np.random.default_rng(seed).standard_normal((len(filtered), 2))
+    names = ("force_floor2",), ("acc_floor1", "acc_floor2")
+    return Trial(
+        f"seed{seed}", RATE, *names, filtered[:, :1], y, np.full(1, 1e-9), np.full(2, NOISE)
+    )
+
+
+@pytest.fixture(scope="module")
+def bench():
+    return Bench(TWO, (rubbing(1), rubbing(2)))
+
+
+@pytest.fixture(scope="module")
+def fitted(bench):
+    return fit(bench, base_hypothesis(TWO).including(FRICTION), 1e-5)
+
+
+def test_only_samples_around_jumps_change_and_what_is_left_fits_far_better(bench, fitted):
+    masked, again = without_jumps(bench, fitted)
+    for old, new in zip(bench.trials, masked.trials, strict=True):
+        changed = np.flatnonzero(np.any(old.y != new.y, axis=1))
+        assert 0.02 * old.samples < len(changed) < 0.5 * old.samples
+        gaps = np.diff(changed)
+        runs = np.split(changed, np.flatnonzero(gaps > 1) + 1)
+        assert min(map(len, runs[1:-1])) >= 2 * BLURRED + 1
+        np.testing.assert_array_equal(old.u, new.u)
+        np.testing.assert_array_equal(np.flatnonzero(new.blurred), changed)
+        other = np.setdiff1d(np.arange(old.samples), changed)
+        np.testing.assert_array_equal(new.y[other], old.y[other])
+    left = [np.mean(np.concatenate(f.innovations) ** 2) for f in (fitted, again)]
+    assert left[1] < 0.25 * left[0]
+    assert as_recorded(masked, bench).trials[0].y is not masked.trials[0].y
+    np.testing.assert_array_equal(as_recorded(masked, bench).trials[1].y, bench.trials[1].y)
+
+
+def test_laws_are_not_compared_where_friction_jumps(bench, fitted):
+    masked, again = without_jumps(bench, fitted)
+    blurred = masked.trials[0].blurred
+    stronger = again.hypothesis.found[-1].with_values({"force": 0.3})
+    other = replace(again.hypothesis, found=(stronger,))
+    (rows, _) = masked.innovations([again.hypothesis, other], again.gains, again.starts)
+    assert not rows[:, blurred].any()
+    assert np.abs(rows[1, ~blurred]).max() > 2 * np.abs(rows[0, ~blurred]).max()
+
+
+def test_the_predictions_stand_in_as_a_faulty_channel_would_have_recorded_them(bench, fitted):
+    gain = ALL["sensor_gain"]("acc_floor1", 2.0)
+    doubled = tuple(replace(t, y=t.y * [2.0, 1.0]) for t in bench.trials)
+    twice = replace(bench, trials=doubled)
+    faulty = replace(fitted, hypothesis=fitted.hypothesis.including(gain))
+    one, other = (without_jumps(b, f)[0] for b, f in ((bench, fitted), (twice, faulty)))
+    for plain, loud in zip(one.trials, other.trials, strict=True):
+        np.testing.assert_allclose(loud.y, plain.y * [2.0, 1.0], atol=1e-12)
+
+
+def test_nothing_changes_where_nothing_sticks():
+    bench = Bench(TWO, (exact_trial(seed=1),))
+    found = fit(bench, base_hypothesis(TWO), 1e-3)
+    assert without_jumps(bench, found) == (bench, found)
