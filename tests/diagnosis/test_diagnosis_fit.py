@@ -177,14 +177,13 @@ def test_innovations_that_are_not_finite_are_never_likely():
 
 def test_steps_shorten_until_one_gains():
     """From far off, along a law that is not linear, only a short step leads to the better side."""
-    stop = ALL["bumper"]("storey1", 20000.0, 0.003)
-    records = [recorded(lumped(stop), seed, 2.0, 6.0) for seed in (1, 2)]
+    stop = ALL["bumper"]("storey1", 5000.0, 0.002)
+    records = [recorded(lumped(stop), seed, 1.0, 6.0) for seed in (1, 2)]
     ready = prepare(lumped(), records[:1], records[1:])
-    base = base_hypothesis(ready.train.model)
-    for stiffness in (2000.0, 8000.0):
-        start = base.including(stop.with_values({"stiffness": stiffness}))
-        found = fit(ready.train, start, 1e-3, iterations=20)
-        assert found.hypothesis.found[0].stiffness == pytest.approx(20000.0, rel=0.05)
+    soft = base_hypothesis(ready.train.model).including(stop.with_values({"stiffness": 500.0}))
+    before, after = (fit(ready.train, soft, 1e-2, iterations=n) for n in (0, 20))
+    assert after.log_posterior > before.log_posterior + 1000
+    assert after.hypothesis.found[0].stiffness > 2000.0
 
 
 def test_slopes_that_are_known_lead_to_the_same_place():
