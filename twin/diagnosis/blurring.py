@@ -54,7 +54,10 @@ def without_jumps(bench: Bench, current: Fit) -> tuple[Bench, Fit]:
     if not 0 < left_out < MOST * bench.samples:
         return bench, current
     rest = replace(bench, trials=tuple(trials))
-    return rest, refined(rest, [current.hypothesis], current.slack, current.starts)
+    try:
+        return rest, refined(rest, [current.hypothesis], current.slack, current.starts)
+    except np.linalg.LinAlgError:
+        return bench, current
 
 
 def as_recorded(bench: Bench, recorded: Bench) -> Bench:
