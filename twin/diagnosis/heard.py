@@ -118,8 +118,11 @@ def alike(bench: Bench, one: Fit, other: Fit) -> bool:
 
 
 def _felt(bench: Bench, place: str) -> NDArray[np.complex128]:
-    """Return what the sensors feel of a place at frequencies about the modes, (.., outputs)."""
-    model, outputs = bench.model, bench.trials[0].outputs
+    """Return what the sensors feel of a place at frequencies about the modes, (.., outputs).
+
+    Without damping: what it adds rests on whether dashpots move with the ground.
+    """
+    model, outputs = replace(bench.model, R=np.zeros_like(bench.model.R)), bench.trials[0].outputs
     shaken = place == "ground" and "ground" not in model.coordinates
     plant = build(model, (), (SHAKE_TABLE if shaken else f"force_{place}",), outputs)
     own = np.sqrt(np.abs(np.linalg.eigvals(np.linalg.solve(model.M, model.K))))
