@@ -10,8 +10,9 @@ from scipy import signal
 from twin import physics
 from twin.diagnosis.base import base_hypothesis
 from twin.diagnosis.bench import Bench
-from twin.diagnosis.blurring import BLURRED, as_recorded, without_jumps
+from twin.diagnosis.blurring import BLURRED, with_recorded_outputs, without_jumps
 from twin.diagnosis.fitting import fit
+from twin.diagnosis.stage import explained
 from twin.diagnosis.trials import Trial
 
 ALL = physics.mechanisms()
@@ -20,13 +21,13 @@ OVER, SECONDS = 8, 8
 NOISE = 1e-4
 
 
-def rubbing(seed, sound=True):
+def rubbing(seed):
     """A trial of a frame that rubs, recorded through a filter of order six at 0.4 of the rate."""
     samples = OVER * SECONDS * round(RATE)
     force = np.zeros((samples, 2))
     force[:, 1] = tones(samples, OVER * RATE, seed, 0.5)
-    law = (lambda d, v: 0.15 * np.tanh(v / 1e-4)) if sound else None
-    _, _, acc = motion(TWO, force, OVER * RATE, law=law, b=[1.0, 0.0])
+    rubs = lambda d, v: 0.15 * np.tanh(v / 1e-4)  # noqa: E731
+    _, _, acc = motion(TWO, force, OVER * RATE, law=rubs, b=[1.0, 0.0])
     both = np.column_stack([force[:, 1:], acc])
     filtered = signal.sosfilt(signal.butter(6, 0.4 / OVER * 2, output="sos"), both, axis=0)[::OVER]
     y = filtered[:, 1:] + NOISE * np.random.default_rng(seed).standard_normal((len(filtered), 2))
@@ -60,8 +61,10 @@ def test_only_samples_around_jumps_change_and_what_is_left_fits_far_better(bench
         np.testing.assert_array_equal(new.y[other], old.y[other])
     left = [np.mean(np.concatenate(f.innovations) ** 2) for f in (fitted, again)]
     assert left[1] < 0.25 * left[0]
-    assert as_recorded(masked, bench).trials[0].y is not masked.trials[0].y
-    np.testing.assert_array_equal(as_recorded(masked, bench).trials[1].y, bench.trials[1].y)
+    assert with_recorded_outputs(masked, bench).trials[0].y is not masked.trials[0].y
+    np.testing.assert_array_equal(
+        with_recorded_outputs(masked, bench).trials[1].y, bench.trials[1].y
+    )
 
 
 def test_laws_are_not_compared_where_friction_jumps(bench, fitted):
@@ -82,6 +85,26 @@ def test_the_predictions_stand_in_as_a_faulty_channel_would_have_recorded_them(b
     one, other = (without_jumps(b, f)[0] for b, f in ((bench, fitted), (twice, faulty)))
     for plain, loud in zip(one.trials, other.trials, strict=True):
         np.testing.assert_allclose(loud.y, plain.y * [2.0, 1.0], atol=1e-12)
+
+
+def test_friction_alone_is_explained_only_where_its_filter_finds_what_it_expects(bench, fitted):
+    nothing_elsewhere = {"storey1": 0.0}
+    quiet = replace(fitted, slack=1e-5, innovations=tuple(
+        np.sqrt(np.diag(g.innovation)) * np.ones_like(e)
+        for g, e in zip(fitted.gains, fitted.innovations, strict=True)
+    ))  # fmt: skip
+    assert explained(quiet, nothing_elsewhere, bench)
+    loud = replace(quiet, innovations=tuple(3 * e for e in quiet.innovations))
+    assert not explained(loud, nothing_elsewhere, bench)
+    without = replace(loud, hypothesis=replace(loud.hypothesis, found=()))
+    assert explained(without, nothing_elsewhere, bench)
+    # what is not compared may be as it likes
+    blurred = np.arange(bench.trials[0].samples) > 100
+    masked = replace(bench, trials=tuple(t.with_outputs(t.y, blurred) for t in bench.trials))
+    partly = replace(quiet, innovations=tuple(
+        np.where(blurred[:, None], 100 * e, e) for e in quiet.innovations
+    ))  # fmt: skip
+    assert explained(partly, nothing_elsewhere, masked)
 
 
 def test_nothing_changes_where_nothing_sticks():

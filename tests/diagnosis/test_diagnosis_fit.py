@@ -206,3 +206,8 @@ def test_slopes_that_are_known_lead_to_the_same_place():
     wrong = {key: [0 * slope for slope in its] for key, its in slopes.items()}
     stuck = fit(bench, first.hypothesis, QUIET, first.starts, iterations=12, slopes=wrong)
     assert stuck.log_posterior < found.log_posterior - 5.0
+    # where the prior does not pull, either, nothing moves
+    still = fit(bench, start, QUIET, first.starts, iterations=12, slopes=wrong)
+    names = [(u.index, u.name) for u in first.unknowns]
+    moved = still.hypothesis.vector(first.unknowns) - start.vector(first.unknowns)
+    assert np.abs(moved[[names.index(key) for key in wrong]]).max() < 1e-2

@@ -1,8 +1,11 @@
 """Scales of a motion, and where a channel's range ends."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from twin import physics
 from twin.physics.scales import range_ends
 
 RNG = np.random.default_rng(0)
@@ -21,6 +24,17 @@ def test_the_ends_are_those_of_the_channel_though_blows_come_from_one_side():
     clipped = np.clip(GAUSSIAN + blows - blows.mean(), -1.5, 1.5)
     assert abs(clipped.mean()) > 0.1
     np.testing.assert_allclose(range_ends(clipped), [-1.5, 1.5], rtol=1e-9)
+
+
+def test_a_level_that_is_read_off_is_all_but_known():
+    clips = physics.mechanisms()["sensor_clipping"]
+    for reading, known in ((np.clip(GAUSSIAN, -1.5, 1.5), True), (GAUSSIAN, False)):
+        (start,) = clips.starts("acc_floor1", SimpleNamespace(reading=reading))
+        assert start.level == pytest.approx(1.5 if known else np.abs(GAUSSIAN).max(), rel=1e-9)
+        assert ("level" in start.priors()) is known
+    mean, std = clips("acc_floor1", 1.4, 1.5).priors()["level"]
+    assert mean == pytest.approx(np.log(1.5))
+    assert 0 < std < 0.01
 
 
 def test_readings_without_an_end_have_none():

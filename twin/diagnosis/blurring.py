@@ -60,7 +60,7 @@ def without_jumps(bench: Bench, current: Fit) -> tuple[Bench, Fit]:
         return bench, current
 
 
-def as_recorded(bench: Bench, recorded: Bench) -> Bench:
+def with_recorded_outputs(bench: Bench, recorded: Bench) -> Bench:
     """Return a bench with the outputs of another one of the same trials."""
     pairs = zip(bench.trials, recorded.trials, strict=True)
     return replace(bench, trials=tuple(one.with_outputs(other.y) for one, other in pairs))

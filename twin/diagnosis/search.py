@@ -10,12 +10,11 @@ import numpy as np
 from twin.diagnosis.adjusting import REPRODUCIBLE, by_free_run, with_between, with_noise
 from twin.diagnosis.base import bent
 from twin.diagnosis.bench import Bench
-from twin.diagnosis.blurring import as_recorded, without_jumps
+from twin.diagnosis.blurring import with_recorded_outputs, without_jumps
 from twin.diagnosis.fitting import Fit, fit
 from twin.diagnosis.following import follows_motion
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.parameters import gravity_instead, is_floor_dashpot, several
-from twin.diagnosis.plant import laws_of
 from twin.diagnosis.refining import refined
 from twin.diagnosis.stage import (
     DECISIVE,
@@ -23,6 +22,7 @@ from twin.diagnosis.stage import (
     LITTLE,
     TIE,
     Stage,
+    has_friction,
     is_narrow,
     next_stage,
 )
@@ -106,10 +106,9 @@ def search(
         again = _followed(replace(path, stages=(other,)), heights, most, tell)
         if _comparable(bench, again.current).bic < _comparable(bench, ended.current).bic:
             ended = again
-    recorded, best, stages = bench, ended.current, ended.stages
-    bench = ended.bench
-    best, unnamed = unnamed_law(bench, nothing, best, stages, heights, tell, follower)
-    bench = as_recorded(bench, recorded)
+    best, stages = ended.current, ended.stages
+    best, unnamed = unnamed_law(ended.bench, nothing, best, stages, heights, tell, follower)
+    bench = with_recorded_outputs(ended.bench, bench)
     return Found(nothing, unnamed or best, stages, bench, best if unnamed else None)
 
 
@@ -146,7 +145,7 @@ def _followed(
         # a broad force is only what the models of what was found leave over
         allowed = tuple(f for f in stage.fits if is_narrow(f.hypothesis.found[-1]))
         stages.append(replace(stage, fits=allowed))
-        rough = any(law.sticks for law in laws_of(current.hypothesis.found))
+        rough = has_friction(current)
         share = STICKS if rough and len(current.hypothesis.found) > 1 else FURTHER_SHARE
         needed = DECISIVE + max(FURTHER_SAMPLE * bench.samples, share * gained)
         better = [f for f in allowed if f.bic < current.bic - needed]

@@ -120,11 +120,14 @@ def explained(current: Fit, where: Mapping[str, float], bench: Bench) -> bool:
     With friction a latent force does not tell: where that jumps, it is not known well enough to say
     what else there is. There the laws' own filter must find what it expects, too.
     """
-    if any(law.sticks for law in laws_of(current.hypothesis.found)) and not _expected(
-        current, bench
-    ):
+    if has_friction(current) and not _expected(current, bench):
         return False
     return current.slack <= LITTLE and max(where.values()) < FURTHER_SAMPLE * bench.samples / 2
+
+
+def has_friction(current: Fit) -> bool:
+    """Return whether something that was found sticks and slips."""
+    return any(law.sticks for law in laws_of(current.hypothesis.found))
 
 
 def _expected(current: Fit, bench: Bench) -> bool:

@@ -12,7 +12,7 @@ TAILS = (0.01, 0.02, 0.05, 0.1)
 NEAR = 0.05
 PILED = 1.5
 """Readings pile up at the end of a range where, so near to the one that a tail cuts off, there are
-more of them than the tail holds, so many times. Gaussian readings reach 0.6 times at most."""
+more of them than the tail holds, so many times. Gaussian readings reach 0.62 times."""
 
 
 def rms(values: NDArray[np.float64]) -> float:

@@ -38,11 +38,9 @@ class SensorClipping(ChannelFault):
 
     def priors(self) -> dict[str, tuple[float, float]]:
         """Where readings pile up, the range ends."""
-        return (
-            {"level": (float(np.log(self.expected)), READ_OFF)}
-            if np.isfinite(self.expected)
-            else {}
-        )
+        if not np.isfinite(self.expected):
+            return {}
+        return {"level": (float(np.log(self.expected)), READ_OFF)}
 
     def scaled(self, factor: float) -> Self:
         """Return a range ``factor`` times as small."""
