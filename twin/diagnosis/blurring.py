@@ -7,17 +7,28 @@ the twin's are not. Strong friction leaves more of that than another effect besi
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from twin.diagnosis.bench import Bench, distorted
 from twin.diagnosis.fitting import Fit
 from twin.diagnosis.plant import laws_of
 from twin.diagnosis.refining import refined
 
+Mask = NDArray[np.bool_]
+
 JUMP = 0.3
 """Change of a friction force within a sample, as a share of its sliding force, that is a jump."""
+
+LEAVES = 0.03
+"""The same of one that has slid until then: it sticks with a jump, however small."""
+
+SLIDES = 0.99
+"""Share of its sliding force from which on friction slides."""
 
 BLURRED = 3
 """Samples before and after a jump that a filter's step response takes to rise and ring out."""
@@ -32,32 +43,85 @@ def without_jumps(bench: Bench, current: Fit) -> tuple[Bench, Fit]:
     Laws are not compared there; what is linear finds the fit's own predictions, which say nothing.
     Both are unchanged where nothing sticks and slips, or does so all the time.
     """
-    laws = laws_of(current.hypothesis.mechanisms)
-    sticks = [j for j, law in enumerate(laws) if law.sticks]
-    if not sticks:
-        return bench, current
-    sliding = np.array([laws[j].numbers[0] for j in sticks])
-    around = np.ones(2 * BLURRED + 1)
-    whole = replace(bench, trials=tuple(t.with_outputs(t.y) for t in bench.trials))
-    stepped = whole.stepped([current.hypothesis], current.gains, current.starts)
-    trials, left_out = [], 0
-    for trial, (e, _, memories) in zip(bench.trials, stepped, strict=True):
-        moved = np.abs(np.diff(memories[0][:, sticks], axis=0, prepend=memories[0][:1, sticks]))
-        jumps = np.any(moved > JUMP * sliding, axis=1)
-        near = np.convolve(jumps, around)[BLURRED:-BLURRED] > 0
-        if trial.blurred is not None:
-            near |= trial.blurred
-        missed = np.where(near[:, None], e[0], 0.0)
-        y = trial.y - distorted(trial, current.hypothesis.mechanisms, missed)
-        trials.append(trial.with_outputs(y, near))
-        left_out += int(near.sum())
-    if not 0 < left_out < MOST * bench.samples:
-        return bench, current
-    rest = replace(bench, trials=tuple(trials))
+    rest = _left_out(bench, current, [current])
     try:
-        return rest, refined(rest, [current.hypothesis], current.slack, current.starts)
+        return (rest, _anew(rest, current)) if rest is not bench else (bench, current)
     except np.linalg.LinAlgError:
         return bench, current
+
+
+def without_any_jumps(
+    bench: Bench, current: Fit, fits: Sequence[Fit]
+) -> tuple[Bench, Fit, tuple[Fit, ...]]:
+    """Return the bench without the samples at which friction jumps in any of the fits, all anew.
+
+    What is found beside friction moves its jumps. Compared where only the jumps of the fit before
+    are left out, what is right has jumps of its own to answer for.
+
+    Returns:
+        The bench, the current fit, and the others, the best first; those that fail are missing.
+    """
+    rest = _left_out(bench, current, [current, *fits])
+    if rest is bench:
+        return bench, current, tuple(fits)
+    again = []
+    try:
+        mine = _anew(rest, current)
+    except np.linalg.LinAlgError:
+        return bench, current, tuple(fits)
+    for fit in fits:
+        with suppress(np.linalg.LinAlgError):
+            again.append(_anew(rest, fit))
+    return rest, mine, tuple(sorted(again, key=lambda f: f.bic))
+
+
+def _anew(bench: Bench, fit: Fit) -> Fit:
+    return refined(bench, [fit.hypothesis], fit.slack, fit.starts)
+
+
+def _left_out(bench: Bench, current: Fit, fits: Sequence[Fit]) -> Bench:
+    """Return the bench without the samples at which friction jumps in any of the fits.
+
+    The same bench where none sticks, where nothing more is left out, or where too much would be.
+    """
+    whole = replace(bench, trials=tuple(t.with_outputs(t.y) for t in bench.trials))
+    near = _before(bench)
+    for fit in fits:
+        more = [a | b for a, b in zip(near, _near_jumps(whole, fit), strict=True)]
+        if sum(int(m.sum()) for m in more) < MOST * bench.samples:
+            near = more
+    if sum(int(n.sum()) for n in near) == sum(int(n.sum()) for n in _before(bench)):
+        return bench
+    stepped = whole.stepped([current.hypothesis], current.gains, current.starts)
+    trials = []
+    for trial, its, (e, _, _) in zip(bench.trials, near, stepped, strict=True):
+        missed = np.where(its[:, None], e[0], 0.0)
+        y = trial.y - distorted(trial, current.hypothesis.mechanisms, missed)
+        trials.append(trial.with_outputs(y, its))
+    return replace(bench, trials=tuple(trials))
+
+
+def _before(bench: Bench) -> list[Mask]:
+    """Return the samples of every trial that are left out already, (samples,) each."""
+    return [np.zeros(t.samples, bool) if t.blurred is None else t.blurred for t in bench.trials]
+
+
+def _near_jumps(bench: Bench, fit: Fit) -> list[Mask]:
+    """Return the samples of every trial that are near a jump of the fit's friction."""
+    laws = laws_of(fit.hypothesis.mechanisms)
+    sticks = [j for j, law in enumerate(laws) if law.sticks]
+    if not sticks:
+        return _before(bench)
+    sliding = np.array([laws[j].numbers[0] for j in sticks])
+    around = np.ones(2 * BLURRED + 1)
+    out = []
+    for _, _, memories in bench.stepped([fit.hypothesis], fit.gains, fit.starts):
+        force = memories[0][:, sticks]
+        before = np.vstack([force[:1], force[:-1]])
+        least = np.where(np.abs(before) > SLIDES * sliding, LEAVES, JUMP)
+        jumps = np.any(np.abs(force - before) > least * sliding, axis=1)
+        out.append(np.convolve(jumps, around)[BLURRED:-BLURRED] > 0)
+    return out
 
 
 def with_recorded_outputs(bench: Bench, recorded: Bench) -> Bench:

@@ -10,7 +10,7 @@ import numpy as np
 from twin.diagnosis.adjusting import REPRODUCIBLE, by_free_run, with_between, with_noise
 from twin.diagnosis.base import bent
 from twin.diagnosis.bench import Bench
-from twin.diagnosis.blurring import with_recorded_outputs, without_jumps
+from twin.diagnosis.blurring import with_recorded_outputs, without_any_jumps, without_jumps
 from twin.diagnosis.fitting import Fit, fit
 from twin.diagnosis.following import follows_motion
 from twin.diagnosis.hypothesis import Hypothesis
@@ -144,8 +144,9 @@ def _followed(
             break
         # a broad force is only what the models of what was found leave over
         allowed = tuple(f for f in stage.fits if is_narrow(f.hypothesis.found[-1]))
-        stages.append(replace(stage, fits=allowed))
-        rough = has_friction(current)
+        if rough := has_friction(current):
+            bench, current, allowed = without_any_jumps(bench, current, allowed)
+        stages.append(replace(stage, before=current, fits=allowed))
         share = STICKS if rough and len(current.hypothesis.found) > 1 else FURTHER_SHARE
         needed = DECISIVE + max(FURTHER_SAMPLE * bench.samples, share * gained)
         better = [f for f in allowed if f.bic < current.bic - needed]

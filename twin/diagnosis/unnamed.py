@@ -39,6 +39,9 @@ UNNAMED_SHARE = 0.02
 """What a law without a name must bring beyond the best that has one, and as a share of what that
 one explains: it is flexible enough to take up a named law's small inexactness."""
 
+CLEARER = 0.5
+"""Where it takes the error two seconds ahead to this share of that one's, it need not."""
+
 
 def unnamed_law(
     bench: Bench,
@@ -91,6 +94,8 @@ def unnamed_law(
     if poor and unnamed.bic < nothing.bic - DECISIVE:
         return best, unnamed
     needed = max(UNNAMED, UNNAMED_SHARE * (nothing.bic - best.bic))
+    if foresees_off(bench, unnamed) < CLEARER * foresees_off(bench, best):
+        needed = DECISIVE
     return best, unnamed if unnamed.bic < best.bic - needed else None
 
 

@@ -105,7 +105,7 @@ class BaseCompliance(StructuralChange):
         heard = [around.mass * (2 * np.pi * f) ** 2 - around.stiffness for f in around.peaks]
         shares = (1.0, 5.0, 15.0, 25.0, 40.0, 65.0, 110.0, 200.0)
         supports = [(k, 0.01) for k in heard if k > 0]
-        supports += [(share * around.stiffness, 0.02) for share in shares]
+        supports += [(share * around.stiffness, ratio) for share in shares for ratio in (0.02, 0.1)]
         return tuple(
             cls(place, k, 2 * ratio * (k * around.mass) ** 0.5, around.mass, around.mass)
             for k, ratio in supports
