@@ -14,16 +14,19 @@ from experiments.concealed.pictures import between, percent
 COLUMNS = ("Stated", "Mean stated", "Sealed cases", "Weak effects", "Together", "Share",
            "95 % interval")  # fmt: skip
 
+WEAK = ("detection_limits.json", "weak_effects.json")
+"""Results whose cases are weak by design."""
+
 
 def table(rows: Iterable[Mapping[str, Any]], results: Path) -> dict[str, Any]:
     """Return columns and rows: how often a first finding was right, by its stated probability.
 
-    The sealed cases are mostly too clear for a probability in the middle; the cases of the
-    detection limits, where they have been run, are made to be weak.
+    The sealed cases are mostly too clear for a probability in the middle; those of the detection
+    limits and of ``weak_effects.py``, where they have been run, are made to be weak.
     """
     sealed, weak = (
         first_stated(row["score"] for row in rows),
-        weak_cases(results / "detection_limits.json"),
+        [p for name in WEAK for p in weak_cases(results / name)],
     )
     parts = [_bins(sealed), _bins(weak), _bins([*sealed, *weak])]
     out = []
@@ -39,7 +42,7 @@ def table(rows: Iterable[Mapping[str, Any]], results: Path) -> dict[str, Any]:
 
 
 def weak_cases(file: Path) -> list[Stated]:
-    """Return the same of the detection limits' cases; none where they have not been run."""
+    """Return the same of cases that are weak; none where they have not been run."""
     if not file.exists():
         return []
     cases = json.loads(file.read_text()).get("cases", [])

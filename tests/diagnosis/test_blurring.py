@@ -1,6 +1,7 @@
 """Friction's jumps: what an instrument's filter blurs is not compared."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,9 +9,15 @@ from diagnosis_support import RATE, TWO, exact_trial, motion, tones
 from scipy import signal
 
 from twin import physics
+from twin.diagnosis import blurring
 from twin.diagnosis.base import base_hypothesis
 from twin.diagnosis.bench import Bench
-from twin.diagnosis.blurring import BLURRED, with_recorded_outputs, without_jumps
+from twin.diagnosis.blurring import (
+    BLURRED,
+    with_recorded_outputs,
+    without_any_jumps,
+    without_jumps,
+)
 from twin.diagnosis.fitting import fit
 from twin.diagnosis.stage import explained
 from twin.diagnosis.trials import Trial
@@ -111,3 +118,75 @@ def test_nothing_changes_where_nothing_sticks():
     bench = Bench(TWO, (exact_trial(seed=1),))
     found = fit(bench, base_hypothesis(TWO), 1e-3)
     assert without_jumps(bench, found) == (bench, found)
+    assert without_any_jumps(bench, found, [found]) == (bench, found, (found,))
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "jumps"),
+    [
+        (1.0, 0.95, True),  # slides, then sticks
+        (1.0, 0.98, False),  # slides on: tanh is not quite one
+        (0.9, 0.75, False),  # sticks, and holds what comes
+        (0.9, 0.5, True),
+        (1.0, -1.0, True),
+    ],
+)
+def test_friction_that_slid_jumps_however_little_when_it_sticks(fitted, before, after, jumps):
+    force = np.full(40, after)
+    force[:20] = before
+    memories = (0.15 * force)[None, :, None]
+    trial = SimpleNamespace(samples=40, blurred=None)
+    bench = SimpleNamespace(trials=(trial,), stepped=lambda *_: [(None, None, memories)])
+    sliding = fitted.hypothesis.found[-1].with_values({"force": 0.15})
+    found = replace(fitted, hypothesis=replace(fitted.hypothesis, found=(sliding,)))
+    (near,) = blurring._near_jumps(bench, found)
+    expected = np.arange(20 - BLURRED, 20 + BLURRED + 1) if jumps else []
+    np.testing.assert_array_equal(np.flatnonzero(near), expected)
+
+
+def test_explanations_are_compared_where_friction_jumps_in_none_of_them(bench, fitted):
+    masked, current = without_jumps(bench, fitted)
+    # what was left out before stays so
+    early = [np.arange(t.samples) % 97 == 0 for t in bench.trials]
+    trials = zip(masked.trials, early, strict=True)
+    masked = replace(
+        masked, trials=tuple(t.with_outputs(t.y, t.blurred | its) for t, its in trials)
+    )
+    heavier = ALL["mass"]("floor1", 0.05)
+    moved = fit(masked, current.hypothesis.including(heavier), 1e-5, current.starts, iterations=1)
+    off = replace(moved.hypothesis, found=(*current.hypothesis.found, heavier))
+    other = replace(moved, hypothesis=off)
+    rest, again, others = without_any_jumps(masked, current, [other])
+    whole = replace(masked, trials=tuple(t.with_outputs(t.y) for t in masked.trials))
+    for number, trial in enumerate(rest.trials):
+        its, own, more = (
+            masked.trials[number].blurred,
+            *(blurring._near_jumps(whole, one)[number] for one in (current, other)),
+        )
+        assert np.any(more & ~own & ~its)
+        np.testing.assert_array_equal(trial.blurred, its | own | more)
+    assert again.hypothesis.labels == current.hypothesis.labels
+    assert [f.hypothesis.labels for f in others] == [off.labels]
+    # both are judged by the same samples
+    for one in (again, *others):
+        assert not one.innovations[0][rest.trials[0].blurred].any()
+
+
+def test_the_best_of_those_compared_comes_first_and_what_fails_is_missing(
+    bench, fitted, monkeypatch
+):
+    def refined(bench, starts, slack, states):
+        if starts[0] == "fails":
+            raise np.linalg.LinAlgError
+        return SimpleNamespace(bic={"good": 1.0, "better": 0.0}.get(starts[0], 2.0))
+
+    monkeypatch.setattr(blurring, "refined", refined)
+    monkeypatch.setattr(blurring, "_left_out", lambda bench, current, fits: "less")
+    fits = [SimpleNamespace(hypothesis=h, slack=0, starts=()) for h in ("good", "fails", "better")]
+    rest, current, others = without_any_jumps(bench, fitted, fits)
+    assert (rest, current.bic, [f.bic for f in others]) == ("less", 2.0, [0.0, 1.0])
+
+
+def test_nothing_is_left_out_where_most_would_be(bench, fitted, monkeypatch):
+    monkeypatch.setattr(blurring, "MOST", 0.01)
+    assert without_jumps(bench, fitted) == (bench, fitted)

@@ -150,3 +150,31 @@ def test_neither_a_fault_of_an_instrument_nor_a_judge_that_trusts_the_forces_is_
     trusting = replace(bench, slacks=bench.slacks[:1])
     assert not _outdone(trusting, rival(STOP, follower.bic + 100), follower)
     assert not _outdone(bench, rival(STOP, np.inf), None)
+
+
+def test_beside_friction_the_best_is_what_is_best_where_no_friction_jumps(monkeypatch):
+    def explained(bic, name):
+        return SimpleNamespace(bic=bic, hypothesis=SimpleNamespace(found=(name,)))
+
+    nothing, rubs = explained(0.0, ""), explained(-1e5, "friction")
+    misled, right = explained(-2e5, "appendage"), explained(-1e5, "damping")
+    again = [explained(bic, f.hypothesis.found[0]) for bic, f in
+             ((-1.5e5, rubs), (-1.6e5, misled), (-1.9e5, right))]  # fmt: skip
+    stage = Stage(rubs, {}, (), (misled, right))
+    less = SimpleNamespace(samples=900)
+    for name, does in {
+        "next_stage": lambda *_: stage,
+        "is_poor": lambda *_: False,
+        "is_narrow": lambda _: True,
+        "has_friction": lambda _: True,
+        "without_jumps": lambda bench, current: (bench, current),
+        "without_any_jumps": lambda *_: (less, again[0], (again[2], again[1])),
+    }.items():
+        monkeypatch.setattr(searching, name, does)
+    begun = Stage(nothing, {}, (), (rubs,))
+    path = searching._Path(SimpleNamespace(samples=1000), nothing, nothing, (begun, begun))
+    ended = searching._followed(path, {}, 3, lambda _: None)
+    assert ended.current is again[2]
+    assert ended.bench is less
+    assert ended.stages[-1].before is again[0]
+    assert ended.stages[-1].fits == (again[2], again[1])

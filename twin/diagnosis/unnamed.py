@@ -93,10 +93,16 @@ def unnamed_law(
             return best, unnamed
     if poor and unnamed.bic < nothing.bic - DECISIVE:
         return best, unnamed
-    needed = max(UNNAMED, UNNAMED_SHARE * (nothing.bic - best.bic))
+    return best, unnamed if unnamed.bic < best.bic - _needed(
+        bench, nothing, best, unnamed
+    ) else None
+
+
+def _needed(bench: Bench, nothing: Fit, best: Fit, unnamed: Fit) -> float:
+    """Return the drop of the BIC that a law without a name must bring beyond the best with one."""
     if foresees_off(bench, unnamed) < CLEARER * foresees_off(bench, best):
-        needed = DECISIVE
-    return best, unnamed if unnamed.bic < best.bic - needed else None
+        return DECISIVE
+    return max(UNNAMED, UNNAMED_SHARE * (nothing.bic - best.bic))
 
 
 def _outdone(bench: Bench, best: Fit, follower: Fit | None) -> bool:

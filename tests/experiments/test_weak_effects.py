@@ -1,0 +1,33 @@
+"""Weak effects: the cases that tell what probabilities in the middle are worth."""
+
+from collections import Counter
+
+from experiments import detection_limits as limits
+from experiments import weak_effects as weak
+from experiments.detection_limits_theory import PAIRS
+
+
+def test_every_effect_is_tried_at_both_of_its_places_with_every_severity():
+    tasks = weak.tasks()
+    assert len({task.name for task in tasks}) == len(tasks) == 20 * 3 * weak.TURNS
+    tried = Counter((t.pair.name, t.pair.place, t.multiple) for t in tasks)
+    assert set(tried.values()) == {weak.TURNS}
+    assert {t.pair.place for t in tasks} >= {"storey1", "storey2", "acc_floor1", "acc_floor2"}
+    assert {t.pair.name for t in tasks[:10]} == {pair.name for pair in PAIRS}
+
+
+def test_no_case_is_one_of_the_detection_limits():
+    assert not {t.turn for t in weak.tasks()} & {t.turn for t in limits.tasks()}
+
+
+def test_cases_cut_off_at_once_are_written_as_what_they_are(tmp_path, monkeypatch, capsys):
+    def diagnosed(task):
+        return {"mechanism": task.pair.name, "probability": 0.9, "found": task.turn % 2 == 0}
+
+    monkeypatch.setattr(weak, "diagnosed", diagnosed)
+    few = [task for task in weak.tasks() if task.pair.name == "appendage"][:12]
+    monkeypatch.setattr(weak, "tasks", lambda: few)
+    monkeypatch.setattr("sys.argv", ["weak", str(tmp_path / "out"), "--results", str(tmp_path)])
+    weak.main()
+    printed = capsys.readouterr().out
+    assert "0.85 to 0.95: stated 0.900, right   6 of  12" in printed
