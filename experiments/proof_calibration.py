@@ -12,23 +12,30 @@ from experiments.concealed.calibration import EDGES, Stated, calibration_curve, 
 from experiments.concealed.pictures import between, percent
 
 COLUMNS = ("Stated", "Mean stated", "Sealed cases", "Weak effects", "Together", "Share",
-           "95 % interval")  # fmt: skip
+           "95 % interval", "Newest engine")  # fmt: skip
 
-WEAK = ("detection_limits.json", "weak_effects.json")
-"""Results whose cases are weak by design."""
+LIMITS, WEAK = "detection_limits.json", "weak_effects.json"
+"""Results whose cases are weak by design; the second is run with the newest campaign's engine."""
 
 
-def table(rows: Iterable[Mapping[str, Any]], results: Path) -> dict[str, Any]:
+def table(
+    rows: Iterable[Mapping[str, Any]], results: Path, newest: Iterable[Mapping[str, Any]] = ()
+) -> dict[str, Any]:
     """Return columns and rows: how often a first finding was right, by its stated probability.
 
     The sealed cases are mostly too clear for a probability in the middle; those of the detection
     limits and of ``weak_effects.py``, where they have been run, are made to be weak.
+
+    Args:
+        rows: the sealed cases.
+        results: folder of the weak ones.
+        newest: the sealed cases of the newest campaign.
     """
-    sealed, weak = (
-        first_stated(row["score"] for row in rows),
-        [p for name in WEAK for p in weak_cases(results / name)],
-    )
+    sealed, last = (first_stated(row["score"] for row in some) for some in (rows, newest))
+    limits, further = (weak_cases(results / name) for name in (LIMITS, WEAK))
+    weak = [*limits, *further]
     parts = [_bins(sealed), _bins(weak), _bins([*sealed, *weak])]
+    present = _bins([*last, *further])
     out = []
     for low, high in pairwise(EDGES):
         together = parts[2].get(low)
@@ -37,7 +44,7 @@ def table(rows: Iterable[Mapping[str, Any]], results: Path) -> dict[str, Any]:
         counts = [_count(part.get(low)) for part in parts]
         right = together["right"]
         out.append([f"{low:g} to {high:g}", f"{together['probability']:.3f}", *counts,
-                    percent(right["share"]), between(right)])  # fmt: skip
+                    percent(right["share"]), between(right), _count(present.get(low))])  # fmt: skip
     return {"columns": list(COLUMNS), "rows": out, "weak": len(weak)}
 
 

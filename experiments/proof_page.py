@@ -84,7 +84,7 @@ def write_page(results: Path, docs: Path) -> Path:
     environment = Environment(loader=loader, undefined=StrictUndefined, autoescape=False)
     text = environment.get_template(TEMPLATE).render(
         **_facts(document, rows, summary),
-        curve=calibration.table(rows, results),
+        curve=calibration.table(rows, results, _newest(rows)),
         sections=_sections(results, pictures),
     )
     text = re.sub(r"\n{3,}", "\n\n", text).rstrip() + "\n"
@@ -107,7 +107,7 @@ def _facts(
     alarms = tables["none"]["false_alarm"] if "none" in tables else None
     return {
         "total": len(rows),
-        "headline": _headline(summary, _newest(rows)),
+        "headline": _headline(summary, summarise({row["case"]: row for row in _newest(rows)})),
         "noise": {"low": percent(min(noise)), "high": percent(max(noise))},
         "effect": {
             "low": number(min(effect)), "high": number(max(effect)),
@@ -130,7 +130,8 @@ def _facts(
         "fits": _fits(summary),
         "left": sum(row["score"]["explained_over_calibrated_ahead"] == 1 for row in hidden),
         "worse": [
-            [one["case"], f"{one['ratio']:.4g}", number(one["over_true"])]
+            [one["case"], f"{one['ratio']:.4g}", number(one["over_true"]),
+             f"{one['ratio'] / one['over_true']:.4g}"]
             for one in summary["worse_ahead"]
         ],
     }  # fmt: skip
@@ -140,11 +141,10 @@ def _about(name: str) -> tuple[str, str]:
     return ABOUT.get(name, ("", "mechanism and place first"))
 
 
-def _newest(rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return the summary of the last campaign alone."""
-    campaigns = {row["case"]: int(row["case"].rpartition("/")[0] or 1) for row in rows}
-    last = max(campaigns.values())
-    return summarise({row["case"]: row for row in rows if campaigns[row["case"]] == last})
+def _newest(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return the cases of the last campaign alone."""
+    campaigns = [int(row["case"].rpartition("/")[0] or 1) for row in rows]
+    return [row for row, at in zip(rows, campaigns, strict=True) if at == max(campaigns)]
 
 
 def _headline(summary: dict[str, Any], newest: dict[str, Any]) -> dict[str, Any]:

@@ -122,7 +122,8 @@ def test_the_newest_campaign_stands_beside_all_of_them():
 
     rows = [row("1/case_0001", False), row("2/case_0001", True), row("2/case_0002", True)]
     every = summarise({r["case"]: r for r in rows})
-    headline = proof_page._headline(every, proof_page._newest(rows))
+    newest = summarise({r["case"]: r for r in proof_page._newest(rows)})
+    headline = proof_page._headline(every, newest)
     assert headline["rows"][0][1:5] == ["2 of 3", "66.7 %", "2 of 2", "100.0 %"]
 
 
@@ -135,3 +136,7 @@ def test_weak_effects_count_beside_the_sealed_cases_where_they_were_run(tmp_path
     both = proof_calibration.table(rows, tmp_path)
     assert [row[0] for row in both["rows"]] == ["0.5 to 0.7", "0.85 to 0.95"]
     assert both["rows"][1][2:6] == ["1 of 1", "0 of 1", "1 of 2", "50.0 %"]
+    (tmp_path / "weak_effects.json").write_text(json.dumps({"cases": cases[:1]}))
+    newest = proof_calibration.table([*rows, *rows], tmp_path, rows)
+    assert newest["rows"][1][2:5] == ["2 of 2", "0 of 2", "2 of 4"]
+    assert [row[-1] for row in newest["rows"]] == ["-", "1 of 2"]
