@@ -9,14 +9,10 @@ keeps what is done; run it again to go on. Writes experiments/results/detection_
 
 from __future__ import annotations
 
-import argparse
-import json
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Mapping
-from concurrent.futures import Executor, ProcessPoolExecutor
-from contextlib import nullcontext
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -31,16 +27,14 @@ sys.path.insert(0, str(ROOT))
 from experiments.concealed.chain import measure  # noqa: E402
 from experiments.concealed.motions import motion  # noqa: E402
 from experiments.concealed.score import pair_of, words  # noqa: E402
-from experiments.concealed.versions import versions  # noqa: E402
 from experiments.detection_limits_report import document, show  # noqa: E402
 from experiments.detection_limits_rivals import nearest  # noqa: E402
 from experiments.detection_limits_theory import PAIRS, Bench, Pair  # noqa: E402
-from twin.campaign import campaign  # noqa: E402
-from twin.errors import TwinError  # noqa: E402
-from twin.files import folder, write_whole  # noqa: E402
+from experiments.in_pieces import commit_of, pieces  # noqa: E402
 from twin.formats import write_recording  # noqa: E402
 
 SEED = 5
+TITLE = f"detection limits of seed {SEED}"
 MULTIPLES = (0.7, 1.0, 1.4, 2.0, 2.8)
 """Severities over the theoretical limit; all of them are tried in the first condition only.
 
@@ -97,52 +91,19 @@ class CurveTask:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("folder", type=Path)
-    parser.add_argument("--budget", type=float, default=float("inf"), help="minutes")
-    parser.add_argument("--workers", type=int, default=1)
-    parser.add_argument("--results", type=Path, default=ROOT / "experiments" / "results")
-    given = parser.parse_args()
-    until = time.time() + 60 * given.budget
-    out = folder(given.folder)
-    made_with = started_with(out / "made_with.json", given.budget > 0)
-    pool = ProcessPoolExecutor(given.workers) if given.workers > 1 else nullcontext()
-    with pool as executor:
-        run(diagnosed, tasks(), out / "cases.jsonl", executor, given.workers, until)
+    with pieces(__doc__, TITLE) as work:
+        rows = work.done(diagnosed, tasks(), "cases")
         # the limits are cheap: they are not cut short
-        run(limits, curve_tasks(), out / "limits.jsonl", executor, given.workers)
-        run(rivals, rival_tasks(), out / "rivals.jsonl", executor, given.workers)
-    rows = list(read(out / "cases.jsonl").values())
-    theory = [list(read(out / f"{name}.jsonl").values()) for name in ("limits", "rivals")]
+        theory = [
+            work.done(limits, curve_tasks(), "limits", cut_short=False),
+            work.done(rivals, rival_tasks(), "rivals", cut_short=False),
+        ]
     found = document(rows, *theory)
-    found["made_with"] = made_with
-    found["text"] += f"\n\nDiagnosed with commit {_commit(made_with)}."
-    text = json.dumps(found, indent=1, allow_nan=False) + "\n"
-    path = write_whole(given.results / "detection_limits.json", lambda part: part.write_text(text))
+    found["made_with"] = work.made_with
+    found["text"] += f"\n\nDiagnosed with commit {commit_of(work.made_with)}."
+    path = work.write(found, "detection_limits")
     show(found)
     print(path)
-
-
-def started_with(path: Path, going_on: bool) -> dict[str, str]:
-    """Return the versions that the cases were begun with; all are diagnosed with the same.
-
-    Raises:
-        TwinError: these are others, and more is to be diagnosed.
-    """
-    now = versions()
-    if not path.exists():
-        write_whole(path, lambda part: part.write_text(json.dumps(now) + "\n"))
-    begun: dict[str, str] = json.loads(path.read_text())
-    if going_on and _commit(begun) != _commit(now):
-        raise TwinError(
-            f"{path}: begun with {begun['commit']}, this is {now['commit']}: the limits of two "
-            "versions do not mix; use another folder, or --budget 0 to write what is there"
-        )
-    return begun
-
-
-def _commit(made_with: dict[str, str]) -> str:
-    return made_with.get("commit", "").removesuffix("-dirty")
 
 
 def tasks() -> list[Task]:
@@ -169,30 +130,6 @@ def curve_tasks() -> list[CurveTask]:
 def rival_tasks() -> list[CurveTask]:
     """Return the rigs and plans on which the nearest rivals are looked for."""
     return [CurveTask(CONDITIONS[0][0], 0.0, draw) for draw in range(1, DRAWS + 1)]
-
-
-def run(
-    work: Callable[[Any], dict[str, Any]], every: list[Any], file: Path,
-    executor: Executor | None, workers: int, until: float = float("inf"),
-) -> None:  # fmt: skip
-    """Do what the file does not hold yet, until the time is up [Unix s]."""
-    done = read(file)
-    waiting = [task for task in every if task.name not in done]
-    for first in range(0, len(waiting), 4 * workers):
-        if time.time() > until:
-            break
-        some = {task.name: task for task in waiting[first : first + 4 * workers]}
-        campaign(work, some, executor, file, f"detection limits of seed {SEED}")
-        left = len(waiting) - first - len(some)
-        print(f"{time.strftime('%H:%M:%S')} {file.stem}: {left} to do", flush=True)
-
-
-def read(file: Path) -> dict[str, dict[str, Any]]:
-    """Return the results in a file of ``twin.campaign``."""
-    if not file.exists():
-        return {}
-    lines = file.read_text(encoding="utf-8").split("\n")[1:-1]
-    return {entry["name"]: entry["result"] for entry in map(json.loads, lines)}
 
 
 def diagnosed(task: Task) -> dict[str, Any]:

@@ -12,10 +12,10 @@ from experiments.concealed.calibration import EDGES, Stated, calibration_curve, 
 from experiments.concealed.pictures import between, percent
 
 COLUMNS = ("Stated", "Mean stated", "Sealed cases", "Weak effects", "Together", "Share",
-           "95 % interval", "Newest engine")  # fmt: skip
+           "95 % interval", "Newest alone")  # fmt: skip
 
 LIMITS, WEAK = "detection_limits.json", "weak_effects.json"
-"""Results whose cases are weak by design; the second is run with the newest campaign's engine."""
+"""Results whose cases are weak by design; the second counts beside the newest campaign."""
 
 
 def table(
@@ -35,7 +35,7 @@ def table(
     limits, further = (weak_cases(results / name) for name in (LIMITS, WEAK))
     weak = [*limits, *further]
     parts = [_bins(sealed), _bins(weak), _bins([*sealed, *weak])]
-    present = _bins([*last, *further])
+    alone = _bins([*last, *further])
     out = []
     for low, high in pairwise(EDGES):
         together = parts[2].get(low)
@@ -44,7 +44,7 @@ def table(
         counts = [_count(part.get(low)) for part in parts]
         right = together["right"]
         out.append([f"{low:g} to {high:g}", f"{together['probability']:.3f}", *counts,
-                    percent(right["share"]), between(right), _count(present.get(low))])  # fmt: skip
+                    percent(right["share"]), between(right), _count(alone.get(low))])  # fmt: skip
     return {"columns": list(COLUMNS), "rows": out, "weak": len(weak)}
 
 

@@ -144,7 +144,8 @@ def _about(name: str) -> tuple[str, str]:
 def _newest(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Return the cases of the last campaign alone."""
     campaigns = [int(row["case"].rpartition("/")[0] or 1) for row in rows]
-    return [row for row, at in zip(rows, campaigns, strict=True) if at == max(campaigns)]
+    last = max(campaigns)
+    return [row for row, at in zip(rows, campaigns, strict=True) if at == last]
 
 
 def _headline(summary: dict[str, Any], newest: dict[str, Any]) -> dict[str, Any]:

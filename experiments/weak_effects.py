@@ -10,12 +10,7 @@ done; run it again to go on. Writes experiments/results/weak_effects.json.
 
 from __future__ import annotations
 
-import argparse
-import json
 import sys
-import time
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import nullcontext
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
@@ -25,17 +20,9 @@ sys.path.insert(0, str(ROOT))
 
 from experiments.concealed.calibration import calibration_curve  # noqa: E402
 from experiments.concealed.pictures import between, percent  # noqa: E402
-from experiments.detection_limits import (  # noqa: E402
-    CONDITIONS,
-    MASKED,
-    Task,
-    diagnosed,
-    read,
-    run,
-    started_with,
-)
+from experiments.detection_limits import CONDITIONS, MASKED, TITLE, Task, diagnosed  # noqa: E402
 from experiments.detection_limits_theory import PAIRS  # noqa: E402
-from twin.files import folder, write_whole  # noqa: E402
+from experiments.in_pieces import pieces  # noqa: E402
 
 CLEAR = (1.0, 1.4, 2.0)
 """Severities over the theoretical limit at which effects of their own kind are confused."""
@@ -50,22 +37,9 @@ TURNS = 6
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("folder", type=Path)
-    parser.add_argument("--budget", type=float, default=float("inf"), help="minutes")
-    parser.add_argument("--workers", type=int, default=1)
-    parser.add_argument("--results", type=Path, default=ROOT / "experiments" / "results")
-    given = parser.parse_args()
-    until = time.time() + 60 * given.budget
-    out = folder(given.folder)
-    made_with = started_with(out / "made_with.json", given.budget > 0)
-    pool = ProcessPoolExecutor(given.workers) if given.workers > 1 else nullcontext()
-    with pool as executor:
-        run(diagnosed, tasks(), out / "cases.jsonl", executor, given.workers, until)
-    cases = list(read(out / "cases.jsonl").values())
-    found = {"made_with": made_with, "cases": cases}
-    text = json.dumps(found, indent=1, allow_nan=False) + "\n"
-    path = write_whole(given.results / "weak_effects.json", lambda part: part.write_text(text))
+    with pieces(__doc__, TITLE) as work:
+        cases = work.done(diagnosed, tasks(), "cases")
+    path = work.write({"made_with": work.made_with, "cases": cases}, "weak_effects")
     stated = [(c["probability"], c["found"]) for c in cases if c["probability"] is not None]
     for one in calibration_curve(stated):
         right = one["right"]

@@ -134,12 +134,9 @@ def test_nothing_changes_where_nothing_sticks():
 def test_friction_that_slid_jumps_however_little_when_it_sticks(fitted, before, after, jumps):
     force = np.full(40, after)
     force[:20] = before
-    memories = (0.15 * force)[None, :, None]
-    trial = SimpleNamespace(samples=40, blurred=None)
-    bench = SimpleNamespace(trials=(trial,), stepped=lambda *_: [(None, None, memories)])
     sliding = fitted.hypothesis.found[-1].with_values({"force": 0.15})
     found = replace(fitted, hypothesis=replace(fitted.hypothesis, found=(sliding,)))
-    (near,) = blurring._near_jumps(bench, found)
+    near = blurring._near_jumps(found, 0.15 * force[:, None])
     expected = np.arange(20 - BLURRED, 20 + BLURRED + 1) if jumps else []
     np.testing.assert_array_equal(np.flatnonzero(near), expected)
 
@@ -158,10 +155,12 @@ def test_explanations_are_compared_where_friction_jumps_in_none_of_them(bench, f
     other = replace(moved, hypothesis=off)
     rest, again, others = without_any_jumps(masked, current, [other])
     whole = replace(masked, trials=tuple(t.with_outputs(t.y) for t in masked.trials))
+    moved = [whole.stepped([f.hypothesis], f.gains, f.starts) for f in (current, other)]
     for number, trial in enumerate(rest.trials):
-        its, own, more = (
-            masked.trials[number].blurred,
-            *(blurring._near_jumps(whole, one)[number] for one in (current, other)),
+        its = masked.trials[number].blurred
+        own, more = (
+            blurring._near_jumps(f, trials[number][2][0])
+            for f, trials in zip((current, other), moved, strict=True)
         )
         assert np.any(more & ~own & ~its)
         np.testing.assert_array_equal(trial.blurred, its | own | more)
@@ -181,7 +180,7 @@ def test_the_best_of_those_compared_comes_first_and_what_fails_is_missing(
         return SimpleNamespace(bic={"good": 1.0, "better": 0.0}.get(starts[0], 2.0))
 
     monkeypatch.setattr(blurring, "refined", refined)
-    monkeypatch.setattr(blurring, "_left_out", lambda bench, current, fits: "less")
+    monkeypatch.setattr(blurring, "_left_out", lambda bench, fits: "less")
     fits = [SimpleNamespace(hypothesis=h, slack=0, starts=()) for h in ("good", "fails", "better")]
     rest, current, others = without_any_jumps(bench, fitted, fits)
     assert (rest, current.bic, [f.bic for f in others]) == ("less", 2.0, [0.0, 1.0])

@@ -55,6 +55,16 @@ def test_a_base_is_found_though_calibrating_bent_the_first_storey_for_it(on_a_ba
     assert found["base_compliance"].gain > 0.9 * best
 
 
+def test_a_stiff_base_that_is_well_damped_is_not_taken_for_an_appendage():
+    base = ALL["base_compliance"]("ground", 33000.0, 63.0, 3.0, 3.0)
+    trials = [exact_trial((base,), noise=1e-3, samples=3072, seed=s) for s in (0, 1)]
+    bench = Bench(TWO, tuple(trials), between="linear", ground_mass=3.0)
+    nothing = refined(bench, [base_hypothesis(TWO)], 3e-3)
+    gains = {c.label: c.gain for c in screen(scene_of(bench, nothing))}
+    assert gains["base_compliance", "ground"] > 1.1 * gains["appendage", "floor1"]
+    assert gains["base_compliance", "ground"] == max(gains.values())
+
+
 @pytest.fixture(scope="module")
 def rubbing():
     """Dry friction in storey 1 and nothing else."""

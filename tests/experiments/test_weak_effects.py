@@ -1,5 +1,6 @@
 """Weak effects: the cases that tell what probabilities in the middle are worth."""
 
+import json
 from collections import Counter
 
 from experiments import detection_limits as limits
@@ -20,7 +21,9 @@ def test_no_case_is_one_of_the_detection_limits():
     assert not {t.turn for t in weak.tasks()} & {t.turn for t in limits.tasks()}
 
 
-def test_cases_cut_off_at_once_are_written_as_what_they_are(tmp_path, monkeypatch, capsys):
+def test_what_was_stated_and_how_often_it_was_right_is_printed_and_kept(
+    tmp_path, monkeypatch, capsys
+):
     def diagnosed(task):
         return {"mechanism": task.pair.name, "probability": 0.9, "found": task.turn % 2 == 0}
 
@@ -31,3 +34,6 @@ def test_cases_cut_off_at_once_are_written_as_what_they_are(tmp_path, monkeypatc
     weak.main()
     printed = capsys.readouterr().out
     assert "0.85 to 0.95: stated 0.900, right   6 of  12" in printed
+    kept = json.loads((tmp_path / "weak_effects.json").read_text())
+    assert len(kept["cases"]) == 12
+    assert kept["made_with"]["commit"]

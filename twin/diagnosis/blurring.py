@@ -19,6 +19,7 @@ from twin.diagnosis.fitting import Fit
 from twin.diagnosis.plant import laws_of
 from twin.diagnosis.refining import refined
 
+Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 JUMP = 0.3
@@ -43,9 +44,11 @@ def without_jumps(bench: Bench, current: Fit) -> tuple[Bench, Fit]:
     Laws are not compared there; what is linear finds the fit's own predictions, which say nothing.
     Both are unchanged where nothing sticks and slips, or does so all the time.
     """
-    rest = _left_out(bench, current, [current])
+    rest = _left_out(bench, [current])
+    if rest is bench:
+        return bench, current
     try:
-        return (rest, _anew(rest, current)) if rest is not bench else (bench, current)
+        return rest, _anew(rest, current)
     except np.linalg.LinAlgError:
         return bench, current
 
@@ -61,7 +64,7 @@ def without_any_jumps(
     Returns:
         The bench, the current fit, and the others, the best first; those that fail are missing.
     """
-    rest = _left_out(bench, current, [current, *fits])
+    rest = _left_out(bench, [current, *fits])
     if rest is bench:
         return bench, current, tuple(fits)
     again = []
@@ -79,49 +82,47 @@ def _anew(bench: Bench, fit: Fit) -> Fit:
     return refined(bench, [fit.hypothesis], fit.slack, fit.starts)
 
 
-def _left_out(bench: Bench, current: Fit, fits: Sequence[Fit]) -> Bench:
+def _left_out(bench: Bench, fits: Sequence[Fit]) -> Bench:
     """Return the bench without the samples at which friction jumps in any of the fits.
 
-    The same bench where none sticks, where nothing more is left out, or where too much would be.
+    Predictions of the first fit stand there. The same bench where none sticks, where nothing more
+    is left out, or where too much would be.
     """
-    whole = replace(bench, trials=tuple(t.with_outputs(t.y) for t in bench.trials))
-    near = _before(bench)
-    for fit in fits:
-        more = [a | b for a, b in zip(near, _near_jumps(whole, fit), strict=True)]
-        if sum(int(m.sum()) for m in more) < MOST * bench.samples:
-            near = more
-    if sum(int(n.sum()) for n in near) == sum(int(n.sum()) for n in _before(bench)):
+    if not any(law.sticks for fit in fits for law in laws_of(fit.hypothesis.mechanisms)):
         return bench
-    stepped = whole.stepped([current.hypothesis], current.gains, current.starts)
-    trials = []
-    for trial, its, (e, _, _) in zip(bench.trials, near, stepped, strict=True):
+    whole = replace(bench, trials=tuple(t.with_outputs(t.y) for t in bench.trials))
+    moved = [whole.stepped([fit.hypothesis], fit.gains, fit.starts) for fit in fits]
+    before = [np.zeros(t.samples, bool) if t.blurred is None else t.blurred for t in bench.trials]
+    near = before
+    for fit, trials in zip(fits, moved, strict=True):
+        jumps = [_near_jumps(fit, memories[0]) for _, _, memories in trials]
+        more = [a | b for a, b in zip(near, jumps, strict=True)]
+        if _count(more) < MOST * bench.samples:
+            near = more
+    if _count(near) == _count(before):
+        return bench
+    mechanisms = fits[0].hypothesis.mechanisms
+    rest = []
+    for trial, its, (e, _, _) in zip(bench.trials, near, moved[0], strict=True):
         missed = np.where(its[:, None], e[0], 0.0)
-        y = trial.y - distorted(trial, current.hypothesis.mechanisms, missed)
-        trials.append(trial.with_outputs(y, its))
-    return replace(bench, trials=tuple(trials))
+        rest.append(trial.with_outputs(trial.y - distorted(trial, mechanisms, missed), its))
+    return replace(bench, trials=tuple(rest))
 
 
-def _before(bench: Bench) -> list[Mask]:
-    """Return the samples of every trial that are left out already, (samples,) each."""
-    return [np.zeros(t.samples, bool) if t.blurred is None else t.blurred for t in bench.trials]
-
-
-def _near_jumps(bench: Bench, fit: Fit) -> list[Mask]:
-    """Return the samples of every trial that are near a jump of the fit's friction."""
+def _near_jumps(fit: Fit, memories: Array) -> Mask:
+    """Return which samples are near a jump of the fit's friction, of its laws' (samples, laws)."""
     laws = laws_of(fit.hypothesis.mechanisms)
     sticks = [j for j, law in enumerate(laws) if law.sticks]
-    if not sticks:
-        return _before(bench)
     sliding = np.array([laws[j].numbers[0] for j in sticks])
-    around = np.ones(2 * BLURRED + 1)
-    out = []
-    for _, _, memories in bench.stepped([fit.hypothesis], fit.gains, fit.starts):
-        force = memories[0][:, sticks]
-        before = np.vstack([force[:1], force[:-1]])
-        least = np.where(np.abs(before) > SLIDES * sliding, LEAVES, JUMP)
-        jumps = np.any(np.abs(force - before) > least * sliding, axis=1)
-        out.append(np.convolve(jumps, around)[BLURRED:-BLURRED] > 0)
-    return out
+    force = memories[:, sticks]
+    before = np.vstack([force[:1], force[:-1]])
+    least = np.where(np.abs(before) > SLIDES * sliding, LEAVES, JUMP)
+    jumps = np.any(np.abs(force - before) > least * sliding, axis=1)
+    return np.asarray(np.convolve(jumps, np.ones(2 * BLURRED + 1))[BLURRED:-BLURRED] > 0)
+
+
+def _count(masks: Sequence[Mask]) -> int:
+    return sum(int(mask.sum()) for mask in masks)
 
 
 def with_recorded_outputs(bench: Bench, recorded: Bench) -> Bench:

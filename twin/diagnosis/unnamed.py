@@ -40,7 +40,8 @@ UNNAMED_SHARE = 0.02
 one explains: it is flexible enough to take up a named law's small inexactness."""
 
 CLEARER = 0.5
-"""Where it takes the error two seconds ahead to this share of that one's, it need not."""
+"""Where it takes the error two seconds ahead to this share of the named one's, what any mechanism
+must bring is enough."""
 
 
 def unnamed_law(
@@ -71,16 +72,16 @@ def unnamed_law(
     motion = scene.motion()
     storeys = [p for p in stages[0].where if p.startswith("storey")]
     storeys.sort(key=lambda p: -stages[0].where[p])
-    found = []
+    found: list[tuple[Fit, float]] = []
     for place in storeys[:2]:
         tell(f"fitting a law without a name at {place}")
         (start,) = RestoringForce.starts(place, surroundings(bench, motion, heights, place))
         law = fitted(bench, nothing, Candidate(start, 0.0))
-        if law is not None and np.isfinite(foresees_off(bench, law)):
-            found.append(law)
+        if law is not None and np.isfinite(missed := foresees_off(bench, law)):
+            found.append((law, missed))
     if not found:
         return best, None
-    unnamed = min(found, key=lambda f: f.bic)
+    unnamed, missed = min(found, key=lambda pair: pair[0].bic)
     if unnamed.bic < best.bic:
         # the flexible law may have found the way that the named one missed
         along = replace(best.hypothesis, base=unnamed.hypothesis.base)
@@ -89,18 +90,17 @@ def unnamed_law(
             best = min(best, again, key=lambda f: f.bic)
     if broad:  # a force that follows the motion is a law, however well noise fits
         otherwise = min(foresees_off(bench, best), foresees_off(bench, nothing))
-        if foresees_off(bench, unnamed) < FORESEES * otherwise:
+        if missed < FORESEES * otherwise:
             return best, unnamed
     if poor and unnamed.bic < nothing.bic - DECISIVE:
         return best, unnamed
-    return best, unnamed if unnamed.bic < best.bic - _needed(
-        bench, nothing, best, unnamed
-    ) else None
+    wins = unnamed.bic < best.bic - _needed(bench, nothing, best, missed)
+    return best, unnamed if wins else None
 
 
-def _needed(bench: Bench, nothing: Fit, best: Fit, unnamed: Fit) -> float:
-    """Return the drop of the BIC that a law without a name must bring beyond the best with one."""
-    if foresees_off(bench, unnamed) < CLEARER * foresees_off(bench, best):
+def _needed(bench: Bench, nothing: Fit, best: Fit, missed: float) -> float:
+    """Return the drop of the BIC that a law without a name, which misses so much, must bring."""
+    if missed < CLEARER * foresees_off(bench, best):
         return DECISIVE
     return max(UNNAMED, UNNAMED_SHARE * (nothing.bic - best.bic))
 
