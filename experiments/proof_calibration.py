@@ -15,7 +15,8 @@ COLUMNS = ("Stated", "Mean stated", "Sealed cases", "Weak effects", "Together", 
            "95 % interval", "Newest alone")  # fmt: skip
 
 LIMITS, WEAK = "detection_limits.json", "weak_effects.json"
-"""Results whose cases are weak by design; the second counts beside the newest campaign."""
+"""Results whose cases are weak by design; the last run of the second counts beside the newest
+campaign."""
 
 
 def table(
@@ -32,8 +33,9 @@ def table(
         newest: the sealed cases of the newest campaign.
     """
     sealed, last = (first_stated(row["score"] for row in some) for some in (rows, newest))
-    limits, further = (weak_cases(results / name) for name in (LIMITS, WEAK))
-    weak = [*limits, *further]
+    _, limits = weak_cases(results / LIMITS)
+    further, others = weak_cases(results / WEAK)
+    weak = [*limits, *others]
     parts = [_bins(sealed), _bins(weak), _bins([*sealed, *weak])]
     alone = _bins([*last, *further])
     out = []
@@ -48,12 +50,19 @@ def table(
     return {"columns": list(COLUMNS), "rows": out, "weak": len(weak)}
 
 
-def weak_cases(file: Path) -> list[Stated]:
-    """Return the same of cases that are weak; none where they have not been run."""
+def weak_cases(file: Path) -> tuple[list[Stated], list[Stated]]:
+    """Return the same of cases that are weak, of the last run and of all of them.
+
+    Both are empty where none has been run.
+    """
     if not file.exists():
-        return []
-    cases = json.loads(file.read_text()).get("cases", [])
-    return [(c["probability"], c["found"]) for c in cases if c["probability"] is not None]
+        return [], []
+    last = json.loads(file.read_text())
+    runs = [
+        [(c["probability"], c["found"]) for c in run["cases"] if c["probability"] is not None]
+        for run in (last, *last.get("earlier", []))
+    ]
+    return runs[0], [case for run in runs for case in run]
 
 
 def _bins(stated: Iterable[Stated]) -> dict[float, dict[str, Any]]:

@@ -108,7 +108,7 @@ def _fitted(regression: Regression, starts: Sequence[Mechanism]) -> Candidate:
     if isinstance(starts[0], ChannelFault) and starts[0].limit() is not None:
         return _clipped(scene, starts)
     candidates = [Candidate(starts[0], -np.inf)]
-    for value, start in _ranked(scene, starts)[: starts[0].valleys]:
+    for value, start in ranked(scene, starts)[: starts[0].valleys]:
         candidates.append(_followed(scene, start, value, scene.fit.slack, slopes))
     if isinstance(starts[0], SlightChange) and scene.fit.slack < FORGETFUL:
         # a filter that forgets likes none of them as they stand: in their own order, then
@@ -123,7 +123,7 @@ def _fitted(regression: Regression, starts: Sequence[Mechanism]) -> Candidate:
     return max(candidates, key=lambda c: c.gain)
 
 
-def _ranked(scene: Scene, starts: Sequence[Mechanism]) -> list[tuple[float, Mechanism]]:
+def ranked(scene: Scene, starts: Sequence[Mechanism]) -> list[tuple[float, Mechanism]]:
     """Return log likelihoods and first guesses as they stand, the likeliest first."""
     bench, fit0 = scene.bench, scene.fit
     ranked = []

@@ -23,11 +23,11 @@ from twin.diagnosis.stage import (
     TIE,
     Stage,
     has_friction,
+    is_lawful,
     is_narrow,
     next_stage,
 )
 from twin.diagnosis.unnamed import foresees_off, is_poor, runs_off, unnamed_law
-from twin.physics.mechanism import Disturbance
 
 RUNS_LESS = 0.75
 """Several parameters win over one mechanism, too, where the free run's error falls to this."""
@@ -184,11 +184,11 @@ def _otherwise(ended: _Path) -> Stage | None:
     Of two effects at once neither may explain as much alone as an unmeasured force does.
     """
     first = ended.stages[0]
-    if not first.fits or not isinstance(first.fits[0].hypothesis.found[-1], Disturbance):
+    if not first.fits or is_lawful(first.fits[0]):
         return None
     if not is_poor(ended.bench, ended.nothing, ended.current):
         return None
-    others = [f for f in first.fits if not isinstance(f.hypothesis.found[-1], Disturbance)]
+    others = [f for f in first.fits if is_lawful(f)]
     chosen = min(others, key=lambda f: f.bic, default=None)
     least = OTHERWISE * _gain(ended.nothing, first.fits[0])
     if chosen is None or _gain(ended.nothing, chosen) < least:

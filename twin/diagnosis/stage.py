@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from twin.diagnosis.base import level
+from twin.diagnosis.base import level, surroundings
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.fitting import Fit, fit
 from twin.diagnosis.heard import best_of_each, elsewhere
@@ -16,7 +16,7 @@ from twin.diagnosis.motion import motion_of
 from twin.diagnosis.plant import laws_of
 from twin.diagnosis.refining import refined, with_slack
 from twin.diagnosis.scene import Candidate, Scene
-from twin.diagnosis.screen import screen
+from twin.diagnosis.screen import ranked, screen
 from twin.physics.mechanism import Disturbance, Law, Mechanism
 
 DECISIVE = 14.0
@@ -101,6 +101,8 @@ def next_stage(
             fits.append(found)
             if found.slack <= LITTLE < current.slack:
                 enough = max(enough, RIVAL * candidate.gain)
+    if not any(f.slack <= LITTLE and is_lawful(f) for f in fits):
+        fits += _from_other_guesses(scene, bench, current, fits)
     leading = min(fits, key=lambda f: f.bic, default=None)
     if leading is not None and leading.bic < current.bic - DECISIVE:
         fits += elsewhere(bench, leading)
@@ -112,6 +114,23 @@ def next_stage(
         fits.remove(first)
         fits.insert(0, first)
     return Stage(current, where, tuple(candidates), tuple(fits))
+
+
+def _from_other_guesses(scene: Scene, bench: Bench, current: Fit, fits: Sequence[Fit]) -> list[Fit]:
+    """Fit laws again that have several valleys, from the likeliest of their own first guesses.
+
+    The screening scales them along a smoothed motion, which is far from the true one where a law
+    is strong; as they stand the likelihood itself ranks them.
+    """
+    out = []
+    for first in [f.hypothesis.found[-1] for f in fits]:
+        if not isinstance(first, Law) or first.valleys < 2:
+            continue
+        around = surroundings(scene.bench, scene.motion(), scene.heights, first.place)
+        for _, start in ranked(scene, first.starts(first.place, around))[: first.valleys - 1]:
+            found = fitted(bench, current, Candidate(start, 0.0))
+            out += [found] if found is not None else []
+    return out
 
 
 def explained(current: Fit, where: Mapping[str, float], bench: Bench) -> bool:
@@ -162,6 +181,11 @@ def fitted(bench: Bench, current: Fit, candidate: Candidate) -> Fit | None:
         return refined(bench, starts, current.slack, current.starts)
     except np.linalg.LinAlgError:
         return None
+
+
+def is_lawful(found: Fit) -> bool:
+    """Return whether what was found last is no disturbance."""
+    return not isinstance(found.hypothesis.found[-1], Disturbance)
 
 
 def is_narrow(mechanism: Mechanism) -> bool:

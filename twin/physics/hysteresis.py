@@ -96,6 +96,7 @@ class Hysteresis(Law):
         "loading; its shape is approximated, the better the sharper the bend"
     )
     memory: ClassVar[int] = 1
+    valleys: ClassVar[int] = 2  # the drift at which it slips
     approximate: ClassVar[bool] = True
     abrupt: ClassVar[bool] = True
 
