@@ -33,7 +33,20 @@ def calibrated(bench):
 
 def test_what_was_found_foresees_with_its_own_slack_where_it_is_right(bench, calibrated):
     best = refined(bench, [base_hypothesis(TWO).including(SOFTER)], 1e-3)
-    assert foreseeing(bench, best, calibrated) == (best.hypothesis, best.slack)
+    plain = replace(calibrated, hypothesis=base_hypothesis(TWO), slack=best.slack)
+    assert foreseeing(bench, best, plain) == (best.hypothesis, best.slack)
+
+
+@pytest.mark.parametrize(("share", "used"), [(0.99, False), (0.97, True)])
+def test_a_gain_that_comes_and_goes_with_the_noise_is_not_trusted(
+    bench, calibrated, monkeypatch, share, used
+):
+    best = refined(bench, [base_hypothesis(TWO).including(SOFTER)], 1e-3)
+    missed = {best.hypothesis: share, calibrated.hypothesis: 1.0}
+    monkeypatch.setattr(estimator, "_missed", lambda b, h, s: np.full(2, missed[h] ** 2))
+    monkeypatch.setattr(estimator, "_least", lambda b, f: 2 * share**2)
+    expected = best.hypothesis if used else calibrated.hypothesis
+    assert foreseeing(bench, best, calibrated)[0] == expected
 
 
 def test_what_foresees_worse_is_left_to_the_calibrated_twin(bench, calibrated):

@@ -164,10 +164,12 @@ class Bench:
         out = []
         for number, trial in enumerate(self.trials):
             rows = []
+            begin = None if starts is None else starts[number]
+            as_it_is = self.smooth(trial.u)
             for variant, plant in zip(variants, plants[number], strict=True):
                 sound = corrected(trial, variant.mechanisms)
-                begin = None if starts is None else starts[number]
-                found = linear(plant, gains[number], sound.u, self.smooth(sound.u), sound.y, begin)
+                smooth = as_it_is if sound is trial else self.smooth(sound.u)
+                found = linear(plant, gains[number], sound.u, smooth, sound.y, begin)
                 rows.append(found.innovations * as_recorded(trial, variant.mechanisms))
             out.append(np.array(rows))
         return out
