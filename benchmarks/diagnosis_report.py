@@ -6,14 +6,13 @@ python benchmarks/diagnosis_report.py
 from __future__ import annotations
 
 import json
-import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from calibration_sysid import ERRORS, OURS, STARTS, THEIRS
 from diagnosis_time import GROUPS
-from report import run_line, table
+from report import fill, run_line, table
 
 FOLDER = Path(__file__).parent
 
@@ -84,16 +83,7 @@ def main() -> None:
         "calibration": calibration(read["calibration_sysid"]),
         "diagnosis time": times(read["diagnosis_time"]),
     }
-    readme = FOLDER / "README.md"
-    text = readme.read_text()
-    for name, block in blocks.items():
-        pattern = rf"(<!-- {name} -->\n).*?(\n<!-- end of {name} -->)"
-        text, hits = re.subn(
-            pattern, lambda m, b=block: m[1] + "\n" + b + "\n" + m[2], text, flags=re.DOTALL
-        )
-        if hits != 1:
-            raise SystemExit(f"README.md has no place for {name}")
-    readme.write_text(text)
+    fill(blocks)
 
 
 if __name__ == "__main__":

@@ -95,6 +95,15 @@ def main() -> None:
         f"### {TESTS[test]} ({result['draws']} draws)\n\n{accuracy(result)}"
         for test, result in found["tests"].items()
     )
+    fill(blocks)
+
+
+def fill(blocks: dict[str, str]) -> None:
+    """Put every block where README.md has a place for it.
+
+    Raises:
+        SystemExit: it has none.
+    """
     readme = FOLDER / "README.md"
     text = readme.read_text()
     for name, block in blocks.items():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -17,11 +18,12 @@ from twin.control.plant import Plant
 from twin.files import write_whole
 from twin.model import Motion
 from twin.view import control_figures
-from twin.view.colours import FORCE, GROUND, IDENTIFIED, MEASURED, TRUE, rgb
+from twin.view.colours import FORCE, GROUND, IDENTIFIED, MEASURED, TRUE
 from twin.view.comparison import Row
 from twin.view.deflection import HEIGHT, beam
 from twin.view.rrd import APPLICATION, image
 from twin.view.scene import BEAM_COLOUR, TIMELINE, log_motion
+from twin.view.signals import log_line
 from twin.view.tables import markdown_table
 
 Array = NDArray[np.float64]
@@ -84,17 +86,7 @@ def _log_signals(stream: rr.RecordingStream, outcome: Outcome) -> None:
     thin = max(len(outcome.angle) // LARGEST_SAMPLES, 1)
     fast = outcome.time[::thin]
 
-    def line(name: str, time: Array, values: Array, label: str, colour: str) -> None:
-        style = rr.SeriesLines(
-            colors=rgb(colour), names=label, widths=1.5, aggregation_policy="MinMax"
-        )
-        stream.log(name, style, static=True)
-        stream.send_columns(
-            name,
-            [rr.TimeColumn(TIMELINE, duration=time)],
-            rr.Scalars.columns(scalars=np.ascontiguousarray(values)),
-        )
-
+    line = partial(log_line, stream)
     for column, floor in enumerate(outcome.floors):
         true = 1e3 * outcome.displacement[::thin, column]
         line(f"plant/displacement/{floor}", fast, true, f"{floor} true", TRUE)

@@ -17,6 +17,7 @@ from twin.view.colours import FORCE, IDENTIFIED, MEASURED, REJECTED, TRUE, rgb
 from twin.view.diagnosis_words import markdown
 from twin.view.rrd import APPLICATION
 from twin.view.scene import TIMELINE, log_motion
+from twin.view.signals import log_line
 
 Array = NDArray[np.float64]
 
@@ -95,23 +96,13 @@ def _light(stream: rr.RecordingStream, place: str, motion: Motion) -> None:
 def _log_signals(stream: rr.RecordingStream, trace: Trace) -> None:
     time = np.arange(len(trace.measured)) / trace.sampling_hz
 
-    def line(name: str, values: Array, label: str, colour: str) -> None:
-        style = rr.SeriesLines(
-            colors=rgb(colour), names=label, widths=1.5, aggregation_policy="MinMax"
-        )
-        stream.log(name, style, static=True)
-        stream.send_columns(
-            name,
-            [rr.TimeColumn(TIMELINE, duration=time)],
-            rr.Scalars.columns(scalars=np.ascontiguousarray(values)),
-        )
-
     for column, channel in enumerate(trace.outputs):
         for which, colour in TWINS:
             values = getattr(trace, which)[:, column]
-            line(f"signals/{channel}/{which}", np.nan_to_num(values), which, colour)
+            name = f"signals/{channel}/{which}"
+            log_line(stream, name, time, np.nan_to_num(values), which, colour)
     for column, channel in enumerate(trace.inputs):
-        line(f"force/{channel}", trace.force[:, column], channel, FORCE)
+        log_line(stream, f"force/{channel}", time, trace.force[:, column], channel, FORCE)
 
 
 def _log_force(stream: rr.RecordingStream, picture: ForcePicture) -> None:

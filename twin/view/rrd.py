@@ -15,10 +15,11 @@ from twin.identification.result import Identification
 from twin.laboratory import Performance
 from twin.model import Twin
 from twin.view import figures
-from twin.view.colours import FORCE, IDENTIFIED, MEASURED, rgb
+from twin.view.colours import FORCE, IDENTIFIED, MEASURED
 from twin.view.comparison import matrix_rows, modal_rows
 from twin.view.deflection import mode_shapes
 from twin.view.scene import TIMELINE, log_mode, log_motion
+from twin.view.signals import log_line
 from twin.view.tables import BOUND_NOTE, markdown_table
 
 APPLICATION = "frame-twin"
@@ -87,18 +88,9 @@ def summary(result: Identification, truth: Twin | None) -> str:
 
 def _log_signals(stream: rr.RecordingStream, result: Identification) -> None:
     recording, predicted = result.recordings[0], result.predicted[0]
-    time = rr.TimeColumn(TIMELINE, duration=recording.time)
 
     def line(name: str, values: np.ndarray, label: str, colour: str, width: float) -> None:
-        stream.log(
-            name,
-            # Averaging, the default, would draw a hammer's peak too low.
-            rr.SeriesLines(
-                colors=rgb(colour), names=label, widths=width, aggregation_policy="MinMax"
-            ),
-            static=True,
-        )
-        stream.send_columns(name, [time], rr.Scalars.columns(scalars=values))
+        log_line(stream, name, recording.time, values, label, colour, width)
 
     for name in result.inputs:
         if name in recording.names:
