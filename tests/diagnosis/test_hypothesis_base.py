@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from diagnosis_support import TWO, lumped, rng
+from diagnosis_support import TWO, lumped, rng, tones
 
 from twin import physics
 from twin.diagnosis.base import base_hypothesis, storey_values, storeys_of
@@ -157,6 +157,42 @@ def test_one_lucky_window_does_not_decide():
     lucky = probability_over(fitted_like([e]), fitted_like([other]))
     assert 0.5 < lucky < 0.95
     assert probability_over(fitted_like([e]), fitted_like([steady])) > 0.999
+
+
+@pytest.fixture(scope="module")
+def stated():
+    """Probabilities of two predictions of which one is exact, and whether the likelier one was."""
+    draw, out = rng(3), []
+    between = tones(48 * WINDOW, seed=4)
+    between /= np.sqrt(np.sum(between**2))
+    for _ in range(1000):
+        apart = draw.uniform(0.5, 4.0)  # standard deviations of noise
+        e = draw.standard_normal((48 * WINDOW, 1))
+        exact, off = fitted_like([e]), fitted_like([e + apart * between[:, None]])
+        p = probability_over(exact, off)
+        out.append((max(p, 1 - p), p > 0.5))
+    return np.array(out)
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.6, 0.75), (0.75, 0.85), (0.85, 0.95)])
+def test_a_probability_is_the_share_that_is_right_where_one_of_two_is_exact(stated, low, high):
+    p, right = stated[(stated[:, 0] >= low) & (stated[:, 0] < high)].T
+    assert len(p) > 90
+    spread = np.sqrt(np.mean(p * (1 - p)) / len(p))
+    assert np.mean(right) == pytest.approx(np.mean(p), abs=0.01 + 2 * spread)
+    if high == 0.95:
+        assert 0.85 < np.mean(right) < 0.95
+
+
+def test_what_scatters_beyond_noise_makes_unsure():
+    e, other = noise(1), noise(1)
+    for number in range(8):
+        window = slice(number * WINDOW, (number + 1) * WINDOW)
+        other[window] *= 1.3 if number % 2 else 0.82
+    found = probability_over(fitted_like([e]), fitted_like([other]))
+    ratio = windows(fitted_like([e])).sum() - windows(fitted_like([other])).sum()
+    assert ratio > 20.0  # odds of a billion, were one of them exact
+    assert 0.5 < found < 0.95
 
 
 def test_no_fits_have_no_probabilities():

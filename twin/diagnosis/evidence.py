@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy.special import expit
+from scipy.stats import norm
 
 from twin.diagnosis.fitting import Fit, covariances
 
@@ -14,6 +15,13 @@ Array = NDArray[np.float64]
 
 WINDOW = 256
 """Samples in a window whose log likelihood counts as one observation."""
+
+UNSURE = 1.0
+"""Standard error of a BIC, and of its penalty for each parameter, which stands for a prior that is
+worth one sample [nats]."""
+
+LOGISTIC = 1.702
+"""Standard deviation of the normal law whose distribution is nearest to the logistic function."""
 
 
 def windows(fit: Fit) -> Array:
@@ -28,19 +36,33 @@ def windows(fit: Fit) -> Array:
 
 
 def probability_over(best: Fit, other: Fit) -> float:
-    """Return the probability that ``best`` predicts better than ``other`` on further windows.
+    """Return the probability that ``best`` is right rather than ``other``, even odds beforehand.
 
-    The difference of the two log likelihoods, window by window, is a sample whose sum has a
-    standard error (Vehtari, Gelman and Gabry 2017); the BIC's penalty for parameters is part of
-    the sum. A likelihood ratio alone would be sure of anything in so many samples.
+    Were one of the two exact, the odds would be their likelihoods', each with its BIC's penalty.
+    Where neither is, that is sure of anything in so many samples; but then the difference of the
+    log likelihoods scatters more from window to window (Vuong 1989; Vehtari, Gelman and Gabry 2017)
+    than noise makes it, by the sum of squares of the whitened difference of the two predictions.
+    What it scatters beyond that makes its sum as uncertain, and so does the penalty.
     """
     difference = windows(best) - windows(other)
-    penalty = 0.5 * (best.free - other.free) * np.log(best.samples)
+    more = best.free - other.free
     prior = best.log_prior - other.log_prior
-    total = float(np.sum(difference)) - penalty + prior
-    error = float(np.sqrt(len(difference)) * np.std(difference, ddof=1))
-    # two explanations within a few nats are a tie whatever their windows say
-    return float(stats.norm.cdf(total / np.hypot(error, 3.0)))
+    total = float(np.sum(difference) - 0.5 * more * np.log(best.samples) + prior)
+    scatter = len(difference) * float(np.var(difference, ddof=1))
+    unsure = UNSURE**2 * (1 + abs(more)) + max(scatter - _by_noise(best, other), 0.0)
+    far = abs(total)
+    sure = min(float(expit(far)), float(norm.cdf(far / np.hypot(LOGISTIC, np.sqrt(unsure)))))
+    return sure if total > 0 else 1.0 - sure
+
+
+def _by_noise(best: Fit, other: Fit) -> float:
+    """Return the variance of the difference of two log likelihoods where one of them is exact."""
+    total = 0.0
+    for e, its, S in zip(
+        best.innovations, other.innovations, covariances(best.innovations), strict=True
+    ):
+        total += float(np.sum(np.linalg.solve(np.linalg.cholesky(S), (e - its).T) ** 2))
+    return total
 
 
 def probabilities(fits: Sequence[Fit]) -> list[float]:
