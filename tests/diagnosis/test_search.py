@@ -152,10 +152,13 @@ def test_neither_a_fault_of_an_instrument_nor_a_judge_that_trusts_the_forces_is_
     assert not _outdone(bench, rival(STOP, np.inf), None)
 
 
-def test_beside_friction_the_best_is_what_is_best_where_no_friction_jumps(monkeypatch):
-    def explained(bic, name):
-        return SimpleNamespace(bic=bic, hypothesis=SimpleNamespace(found=(name,)))
+def explained(bic, name):
+    return SimpleNamespace(bic=bic, hypothesis=SimpleNamespace(found=(name,)))
 
+
+@pytest.fixture
+def rubbing(monkeypatch):
+    """A path that stands at friction, with two candidates whose order jumps turn round."""
     nothing, rubs = explained(0.0, ""), explained(-1e5, "friction")
     misled, right = explained(-2e5, "appendage"), explained(-1e5, "damping")
     again = [explained(bic, f.hypothesis.found[0]) for bic, f in
@@ -169,12 +172,34 @@ def test_beside_friction_the_best_is_what_is_best_where_no_friction_jumps(monkey
         "has_friction": lambda _: True,
         "without_jumps": lambda bench, current: (bench, current),
         "without_any_jumps": lambda *_: (less, again[0], (again[2], again[1])),
+        "promoted": lambda *_: None,
     }.items():
         monkeypatch.setattr(searching, name, does)
     begun = Stage(nothing, {}, (), (rubs,))
     path = searching._Path(SimpleNamespace(samples=1000), nothing, nothing, (begun, begun))
+    return path, again, less
+
+
+def test_beside_friction_the_best_is_what_is_best_where_no_friction_jumps(rubbing):
+    path, again, less = rubbing
     ended = searching._followed(path, {}, 3, lambda _: None)
     assert ended.current is again[2]
     assert ended.bench is less
     assert ended.stages[-1].before is again[0]
     assert ended.stages[-1].fits == (again[2], again[1])
+
+
+@pytest.mark.parametrize("explains", [True, False])
+def test_beside_friction_a_parameter_that_is_off_goes_before_what_does_not_explain_it(
+    monkeypatch, rubbing, explains
+):
+    path, again, _ = rubbing
+    own, asked = explained(-1.7e5, "stiffness"), []
+    monkeypatch.setattr(searching, "promoted", lambda *given: asked.append(given) or own)
+    monkeypatch.setattr(searching, "straightens", lambda *_: explains)
+    ended = searching._followed(path, {}, 3, lambda _: None)
+    assert ended.current is (again[2] if explains else own)
+    assert ended.stages[-1].fits[0] is ended.current
+    ((_, current, needed),) = asked
+    assert current is again[0]
+    assert needed > 500.0

@@ -1,4 +1,4 @@
-"""Several of the twin's own parameters at once: the case in which no single change explains."""
+"""The twin's own parameters as findings: one beside what was found, or several at once."""
 
 from __future__ import annotations
 
@@ -7,10 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from twin.diagnosis.base import storey_values
+from twin.diagnosis.base import bent, storey_values
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.fitting import Fit
+from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.refining import refined
+from twin.diagnosis.stage import DECISIVE
 from twin.physics.mass import Mass
 from twin.physics.mechanism import Mechanism
 from twin.physics.p_delta import PDelta
@@ -60,6 +62,64 @@ def several(
             break
         current = best
     return current
+
+
+def promoted(bench: Bench, current: Fit, needed: float = 0.0) -> Fit | None:
+    """Return the fit with the parameter that is furthest beyond its tolerance as a finding.
+
+    Args:
+        bench: model and trials.
+        current: the fit of what was found.
+        needed: by which the BIC must be worse without that parameter: beside friction, whose model
+            is the least exact, one is bent a little for nothing.
+
+    Returns:
+        None where none is far off, where its prior does not ask for it, or where less is lost.
+    """
+    whole = current.hypothesis
+    off = [i for i in bent(whole) if not is_floor_dashpot(whole.base[i])]
+    if not whole.found or not off:
+        return None
+    one = [off[0], *_alike(bench, whole, off[0])]
+    change = sum(whole.base[i].values["change"] for i in one)
+    own = whole.base[off[0]].with_values({"change": change})
+    kept = [i for i in range(len(whole.base)) if i not in one]
+    held = replace(
+        whole,
+        base=tuple(whole.base[i] for i in kept),
+        tolerance=tuple(whole.tolerance[i] for i in kept),
+    )
+    base = tuple(
+        m.with_values({"change": 0.0}) if i in one else m for i, m in enumerate(whole.base)
+    )
+    try:
+        hypothesis = replace(whole, base=base).including(own)
+        found = refined(bench, [hypothesis], current.slack, current.starts, rounds=2)
+        if found.bic > current.bic - DECISIVE:
+            return None
+        if needed:
+            without = refined(bench, [held], current.slack, rounds=2)
+            if without.bic < found.bic + needed:
+                return None
+    except np.linalg.LinAlgError:
+        return None
+    return found
+
+
+def _alike(bench: Bench, whole: Hypothesis, index: int) -> list[int]:
+    """Return which of the base's dashpots is the same: the lowest floor's is its storey's."""
+    own = whole.base[index]
+    if (own.name, own.place) != ("damping", "storey1") or "ground" in bench.model.coordinates:
+        return []
+    return [i for i, m in enumerate(whole.base) if is_floor_dashpot(m) and m.place == "floor1"]
+
+
+def straightens(other: Fit, own: Fit) -> bool:
+    """Return whether in another fit the parameter that was found last is within its tolerance."""
+    last = own.hypothesis.found[-1]
+    base = other.hypothesis.base
+    return all((type(base[i]), base[i].place) != (type(last), last.place)
+               for i in bent(other.hypothesis))  # fmt: skip
 
 
 def is_floor_dashpot(mechanism: Mechanism) -> bool:

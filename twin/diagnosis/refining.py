@@ -99,11 +99,15 @@ def refined(
         rounds: at most.
         iterations: Gauss-Newton steps in each.
     """
+    if states is not None and _sticks(starts[-1]):
+        # states that a poorer model asked for hold friction where it never stuck
+        given = _posterior(bench, starts[-1], slack, states)
+        states = states if given > _posterior(bench, starts[-1], slack, None) else None
     found = _refined(bench, starts, slack, states, rounds, iterations)
     sharp = [h for h in map(_sharpened, starts) if h is not None]
     if sharp:
         with suppress(np.linalg.LinAlgError):
-            other = _refined(bench, sharp, slack, states, rounds, iterations)
+            other = _refined(bench, sharp, slack, None, rounds, iterations)
             found = max(found, other, key=lambda f: f.log_posterior)
     return found
 
@@ -139,6 +143,10 @@ def _refined(
                 return best
             best = tightened
     return best
+
+
+def _sticks(start: Hypothesis) -> bool:
+    return any(isinstance(m, Law) and m.sticks for m in start.found)
 
 
 def _sharpened(start: Hypothesis) -> Hypothesis | None:

@@ -8,13 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from twin.diagnosis.adjusting import REPRODUCIBLE, by_free_run, with_between, with_noise
-from twin.diagnosis.base import bent
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.blurring import with_recorded_outputs, without_any_jumps, without_jumps
 from twin.diagnosis.fitting import Fit, fit
 from twin.diagnosis.following import follows_motion
 from twin.diagnosis.hypothesis import Hypothesis
-from twin.diagnosis.parameters import gravity_instead, is_floor_dashpot, several
+from twin.diagnosis.parameters import gravity_instead, promoted, several, straightens
 from twin.diagnosis.refining import refined
 from twin.diagnosis.stage import (
     DECISIVE,
@@ -150,32 +149,17 @@ def _followed(
         share = STICKS if rough and len(current.hypothesis.found) > 1 else FURTHER_SHARE
         needed = DECISIVE + max(FURTHER_SAMPLE * bench.samples, share * gained)
         better = [f for f in allowed if f.bic < current.bic - needed]
-        if better:
+        # beside friction a parameter that is far off goes first, unless what is found explains it
+        own = promoted(bench, current, needed if rough else 0.0) if rough or not better else None
+        if own is not None and not (better and straightens(better[0], own)):
+            stages[-1] = Stage(current, {}, (), (own,))
+            current = own
+        elif better:
             gained += current.bic - better[0].bic
             bench, current = without_jumps(bench, better[0])
-        elif (promoted := _promoted(bench, current, needed if rough else DECISIVE)) is not None:
-            stages[-1] = promoted
-            current = promoted.fits[0]
         else:
             break
     return _Path(bench, nothing, current, tuple(stages))
-
-
-def _promoted(bench: Bench, current: Fit, needed: float) -> Stage | None:
-    """Return a parameter that is far beyond its tolerance as a finding of its own."""
-    whole = current.hypothesis
-    off = [i for i in bent(whole) if not is_floor_dashpot(whole.base[i])]
-    if not whole.found or not off:
-        return None
-    own = whole.base[off[0]]
-    straight = own.with_values({"change": 0.0})
-    base = tuple(straight if i == off[0] else m for i, m in enumerate(whole.base))
-    hypothesis = replace(whole, base=base).including(own)
-    try:
-        found = refined(bench, [hypothesis], current.slack, current.starts, rounds=2)
-    except np.linalg.LinAlgError:
-        return None
-    return Stage(current, {}, (), (found,)) if found.bic < current.bic - needed else None
 
 
 def _otherwise(ended: _Path) -> Stage | None:
