@@ -2,6 +2,7 @@
 
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from diagnosis_support import TWO, exact_trial
 
@@ -62,3 +63,26 @@ def test_of_a_blurred_and_a_sharp_start_the_better_one_is_kept(monkeypatch, blur
     monkeypatch.setattr(refining, "_refined", led_to)
     found = refined(None, [base_hypothesis(TWO).including(friction)], 1e-3)
     assert found.log_posterior == 20.0
+
+
+@pytest.mark.parametrize("moving", [False, True])
+def test_friction_is_fitted_from_the_likelier_of_the_given_states_and_rest(monkeypatch, moving):
+    """States that a model without friction asked for would hold it where it never stuck."""
+    begins = np.array([0.01, -0.02, 0.1, 0.3])
+    trial = exact_trial((), seed=1, noise=1e-3, start=begins if moving else None)
+    bench = Bench(TWO, (trial,), "linear")
+    rubs = base_hypothesis(TWO).including(physics.mechanisms()["coulomb_friction"]("storey1", 1e-6))
+    used = []
+
+    def watched(bench, starts, slack, states, *_):
+        used.append(states)
+        return SimpleNamespace(log_posterior=0.0)
+
+    monkeypatch.setattr(refining, "_refined", watched)
+    refined(bench, [rubs], 1e-3, [begins])
+    first, sharp = used
+    assert sharp is None
+    assert (first is None) != moving
+    used.clear()
+    refined(bench, [base_hypothesis(TWO)], 1e-3, [begins])
+    assert used == [[begins]]  # without friction least squares find them from anywhere
