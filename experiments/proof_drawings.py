@@ -47,36 +47,36 @@ def rates(tables: Mapping[str, Mapping[str, Any]], aims: Mapping[str, float]) ->
 
 def calibration(first: Rows, every: Rows) -> Figure:
     """Draw how often a stated probability was right: of the first finding, and of all named."""
-    figure = Figure(figsize=(9, 4.4), layout="constrained")
+    figure = Figure(figsize=(9, 4.6), layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True)
     for ax, bins, title in (
-        (left, first, "first finding"), (right, every, "findings and alternatives"),
-    ):  # fmt: skip
+        (left, first, "first finding: sealed cases and weak effects"),
+        (right, every, "findings and alternatives: sealed cases"),
+    ):
         _curve(ax, bins)
         ax.set_title(title, fontsize=10)
         ax.set_xlabel("stated probability")
     left.set_ylabel("share that was right")
+    figure.legend(*left.get_legend_handles_labels(), loc="outside upper center", ncols=3,
+                  frameon=False, fontsize=9)  # fmt: skip
     return figure
 
 
 def _curve(ax: Axes, bins: Rows) -> None:
-    ax.plot([0, 1], [0, 1], color=GROUND, lw=1, ls="--", label="as often as stated")
-    for one in bins:
-        of, at = one["right"], one["probability"]
-        ax.plot([at, at], [of["low"], of["high"]], color=MEASURED, lw=3, alpha=0.6)
+    for at, one in enumerate(bins):
+        of = one["right"]
+        ax.plot([at, at], [of["low"], of["high"]], color=MEASURED, lw=5, alpha=0.5)
+        ax.plot([at - 0.3, at + 0.3], [one["probability"]] * 2, color=GROUND, lw=1.5)
         ax.plot(at, of["share"], "o", color=TRUE)
-        below = of["share"] > 0.5
-        ax.annotate(
-            f"{of['count']}/{of['of']}", (at, of["low"] if below else of["high"]), fontsize=8,
-            xytext=(0, -4 if below else 4), textcoords="offset points",
-            ha="center" if 0.05 < at < 0.95 else "left" if at < 0.5 else "right",
-            va="top" if below else "bottom",
-        )  # fmt: skip
-    ax.plot([], [], "o", color=TRUE, label="share that was right, 95 % interval")
-    ax.set_xlim(-0.03, 1.03)
-    ax.set_ylim(-0.08, 1.08)
-    ax.grid(alpha=0.3)
-    ax.legend(loc="upper left", frameon=False, fontsize=8)
+        ax.text(at, -0.07, f"{of['count']}/{of['of']}", fontsize=8, ha="center", va="center")
+    ax.plot([], [], color=GROUND, lw=1.5, label="stated")
+    ax.plot([], [], "o", color=TRUE, label="share that was right (counts below)")
+    ax.plot([], [], color=MEASURED, lw=5, alpha=0.5, label="95 % interval")
+    ax.set_xticks(range(len(bins)), [f"{one['from']:g} to {one['to']:g}" for one in bins],
+                  rotation=30, ha="right", fontsize=8)  # fmt: skip
+    ax.set_xlim(-0.6, len(bins) - 0.4)
+    ax.set_ylim(-0.12, 1.04)
+    ax.grid(alpha=0.3, axis="y")
 
 
 def fit_ratios(rows: Rows) -> Figure:

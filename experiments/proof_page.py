@@ -73,8 +73,9 @@ def write_page(results: Path, docs: Path) -> Path:
     summary = summarise({row["case"]: row for row in rows})
     pictures = folder(docs / "proof")
     _save(drawings.rates(summary["tables"], AIMS), pictures / "rates.png")
+    curve = calibration.table(rows, results, _newest(rows))
     _save(
-        drawings.calibration(summary["calibration"], summary["calibration_all"]),
+        drawings.calibration(curve["curve"], summary["calibration_all"]),
         pictures / "calibration.png",
     )
     _save(drawings.fit_ratios(rows), pictures / "fit_ratios.png")
@@ -84,7 +85,7 @@ def write_page(results: Path, docs: Path) -> Path:
     environment = Environment(loader=loader, undefined=StrictUndefined, autoescape=False)
     text = environment.get_template(TEMPLATE).render(
         **_facts(document, rows, summary),
-        curve=calibration.table(rows, results, _newest(rows)),
+        curve=curve,
         sections=_sections(results, pictures),
     )
     text = re.sub(r"\n{3,}", "\n\n", text).rstrip() + "\n"
