@@ -150,6 +150,18 @@ def test_more_parameters_for_the_same_fit_lose():
     assert probability_over(many, few) < 0.01
 
 
+def test_the_same_odds_say_less_where_they_hang_on_the_penalty():
+    e = noise(1)
+    penalty = 0.5 * np.log(len(e))
+    odds = []
+    for more in (0, 2):
+        simple, other = fitted_like([e]), fitted_like([e], free=1 + more)
+        other.log_prior = more * penalty - 4.0  # behind by four nats either way
+        odds.append(probability_over(simple, other))
+    assert 0.95 < odds[0] < 0.99
+    assert 0.8 < odds[1] < 0.95
+
+
 def test_one_lucky_window_does_not_decide():
     e, other = noise(1), noise(1)
     other[:WINDOW] *= 1.5

@@ -17,8 +17,11 @@ WINDOW = 256
 """Samples in a window whose log likelihood counts as one observation."""
 
 UNSURE = 1.0
-"""Standard error of a BIC, and of its penalty for each parameter, which stands for a prior that is
-worth one sample [nats]."""
+"""Standard error of a BIC [nats]."""
+
+ROUGH = 0.5
+"""The same of its penalty for one parameter, as a share of it: for the shape of a weak law, which
+recordings hardly tell, a penalty of half as much is nearer, for that of a strong one of more."""
 
 LOGISTIC = 1.702
 """Standard deviation of the normal law whose distribution is nearest to the logistic function."""
@@ -46,10 +49,12 @@ def probability_over(best: Fit, other: Fit) -> float:
     """
     difference = windows(best) - windows(other)
     more = best.free - other.free
+    penalty = 0.5 * float(np.log(best.samples))
     prior = best.log_prior - other.log_prior
-    total = float(np.sum(difference) - 0.5 * more * np.log(best.samples) + prior)
+    total = float(np.sum(difference)) - more * penalty + prior
     scatter = len(difference) * float(np.var(difference, ddof=1))
-    unsure = UNSURE**2 * (1 + abs(more)) + max(scatter - _by_noise(best, other), 0.0)
+    unsure = UNSURE**2 + abs(more) * (ROUGH * penalty) ** 2
+    unsure += max(scatter - _by_noise(best, other), 0.0)
     far = abs(total)
     sure = min(float(expit(far)), float(norm.cdf(far / np.hypot(LOGISTIC, np.sqrt(unsure)))))
     return sure if total > 0 else 1.0 - sure
