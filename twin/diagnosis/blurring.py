@@ -88,7 +88,7 @@ def _left_out(bench: Bench, fits: Sequence[Fit]) -> Bench:
     Predictions of the first fit stand there. The same bench where none sticks, where nothing more
     is left out, or where too much would be.
     """
-    if not any(law.sticks for fit in fits for law in laws_of(fit.hypothesis.mechanisms)):
+    if not any(fit.hypothesis.sticks for fit in fits):
         return bench
     whole = replace(bench, trials=tuple(t.with_outputs(t.y) for t in bench.trials))
     moved = [whole.stepped([fit.hypothesis], fit.gains, fit.starts) for fit in fits]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.physics.mechanism import Mechanism
+from twin.physics.mechanism import Law, Mechanism
 
 Array = NDArray[np.float64]
 
@@ -56,6 +56,11 @@ class Hypothesis:
     def labels(self) -> tuple[tuple[str, str], ...]:
         """Mechanism and place of each that was found."""
         return tuple((m.name, m.place) for m in self.found)
+
+    @property
+    def sticks(self) -> bool:
+        """Whether something that was found sticks and slips."""
+        return any(isinstance(m, Law) and m.sticks for m in self.found)
 
     def including(self, *more: Mechanism) -> Hypothesis:
         """Return the hypothesis with further mechanisms.

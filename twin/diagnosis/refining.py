@@ -99,7 +99,7 @@ def refined(
         rounds: at most.
         iterations: Gauss-Newton steps in each.
     """
-    if states is not None and _sticks(starts[-1]):
+    if states is not None and starts[-1].sticks:
         # states that a poorer model asked for hold friction where it never stuck
         given = _posterior(bench, starts[-1], slack, states)
         states = states if given > _posterior(bench, starts[-1], slack, None) else None
@@ -143,10 +143,6 @@ def _refined(
                 return best
             best = tightened
     return best
-
-
-def _sticks(start: Hypothesis) -> bool:
-    return any(isinstance(m, Law) and m.sticks for m in start.found)
 
 
 def _sharpened(start: Hypothesis) -> Hypothesis | None:

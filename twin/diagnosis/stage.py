@@ -13,7 +13,6 @@ from twin.diagnosis.fitting import Fit, fit
 from twin.diagnosis.heard import best_of_each, elsewhere
 from twin.diagnosis.locating import locate
 from twin.diagnosis.motion import motion_of
-from twin.diagnosis.plant import laws_of
 from twin.diagnosis.refining import refined, with_slack
 from twin.diagnosis.scene import Candidate, Scene
 from twin.diagnosis.screen import ranked, screen
@@ -122,11 +121,12 @@ def _from_other_guesses(scene: Scene, bench: Bench, current: Fit, fits: Sequence
     The screening scales them along a smoothed motion, which is far from the true one where a law
     is strong; as they stand the likelihood itself ranks them.
     """
+    last = [f.hypothesis.found[-1] for f in fits]
+    laws = [law for law in last if isinstance(law, Law) and law.valleys > 1]
+    motion = scene.motion() if laws else {}
     out = []
-    for first in [f.hypothesis.found[-1] for f in fits]:
-        if not isinstance(first, Law) or first.valleys < 2:
-            continue
-        around = surroundings(scene.bench, scene.motion(), scene.heights, first.place)
+    for first in laws:
+        around = surroundings(scene.bench, motion, scene.heights, first.place)
         for _, start in ranked(scene, first.starts(first.place, around))[: first.valleys - 1]:
             found = fitted(bench, current, Candidate(start, 0.0))
             out += [found] if found is not None else []
@@ -146,7 +146,7 @@ def explained(current: Fit, where: Mapping[str, float], bench: Bench) -> bool:
 
 def has_friction(current: Fit) -> bool:
     """Return whether something that was found sticks and slips."""
-    return any(law.sticks for law in laws_of(current.hypothesis.found))
+    return current.hypothesis.sticks
 
 
 def _expected(current: Fit, bench: Bench) -> bool:
