@@ -44,7 +44,7 @@ SEVERITIES = {
 runs at 0.8 to 4 times the limit showed; a gain of an accelerometer is a tie at any, and a high-pass
 filter at none."""
 
-FIRST_TURN = 301
+FIRST_TURN = 401
 """Draws of the rig, the plan and the noise: none that the detection limits or a run before used."""
 
 TURNS = 6
