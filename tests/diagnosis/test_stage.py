@@ -1,5 +1,6 @@
 """One round of the search: a law that went astray is fitted again from elsewhere."""
 
+import numpy as np
 import pytest
 from diagnosis_support import lumped, recorded
 
@@ -40,3 +41,15 @@ def test_a_brace_whose_fit_went_astray_is_fitted_again_from_its_own_guesses(monk
     assert best.bic < astray.bic - 1000
     assert best.hypothesis.found[0].stiffness == pytest.approx(92.0, rel=0.02)
     assert best.hypothesis.found[0].yield_force == pytest.approx(0.3, rel=0.02)
+
+
+def test_what_no_filter_follows_where_its_fit_ends_is_no_candidate(monkeypatch, slipping):
+    bench, nothing = slipping
+    bumper = Candidate(physics.mechanisms()["bumper"]("storey1", 500.0, 0.01), 0.0)
+    assert stage.fitted(bench, nothing, bumper) is not None
+
+    def fails(bench, hypothesis, slack):
+        raise np.linalg.LinAlgError
+
+    monkeypatch.setattr(stage, "lenient_gains", fails)
+    assert stage.fitted(bench, nothing, bumper) is None

@@ -15,6 +15,7 @@ from twin.diagnosis.following import follows_motion
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.parameters import gravity_instead, promoted, several, straightens
 from twin.diagnosis.refining import refined
+from twin.diagnosis.restarting import other_beginnings
 from twin.diagnosis.stage import (
     DECISIVE,
     FURTHER_SAMPLE,
@@ -22,7 +23,6 @@ from twin.diagnosis.stage import (
     TIE,
     Stage,
     has_friction,
-    is_lawful,
     is_narrow,
     next_stage,
 )
@@ -36,9 +36,6 @@ STACKED = 2
 
 SEVERAL = 30.0
 """Drop of the BIC that several parameters must bring against any single mechanism."""
-
-OTHERWISE = 0.3
-"""Share of an unmeasured force's drop of the BIC that another first mechanism must bring."""
 
 ENOUGH = 0.25
 """What runs better must also explain this share of the best fit's drop of the BIC."""
@@ -100,11 +97,12 @@ def search(
     begun = tuple(many or [_foreseeing(bench, lawful)])
     path = _Path(bench, nothing, nothing, begun)
     ended = _followed(path, heights, most, tell)
-    if not many and (other := _otherwise(ended)):
-        tell("looking again from another first mechanism")
-        again = _followed(replace(path, stages=(other,)), heights, most, tell)
-        if _comparable(bench, again.current).bic < _comparable(bench, ended.current).bic:
-            ended = again
+    if not many and is_poor(ended.bench, nothing, ended.current):
+        for other in other_beginnings(bench, nothing, ended.stages[0]):
+            tell("looking again from another first mechanism")
+            again = _followed(replace(path, stages=(other,)), heights, most, tell)
+            if _comparable(bench, again.current).bic < _comparable(bench, ended.current).bic:
+                ended = again
     best, stages = ended.current, ended.stages
     best, unnamed = unnamed_law(ended.bench, nothing, best, stages, heights, tell, follower)
     bench = with_recorded_outputs(ended.bench, bench)
@@ -160,24 +158,6 @@ def _followed(
         else:
             break
     return _Path(bench, nothing, current, tuple(stages))
-
-
-def _otherwise(ended: _Path) -> Stage | None:
-    """Return the first stage with its best law or fault in front, where noise in front led nowhere.
-
-    Of two effects at once neither may explain as much alone as an unmeasured force does.
-    """
-    first = ended.stages[0]
-    if not first.fits or is_lawful(first.fits[0]):
-        return None
-    if not is_poor(ended.bench, ended.nothing, ended.current):
-        return None
-    others = [f for f in first.fits if is_lawful(f)]
-    chosen = min(others, key=lambda f: f.bic, default=None)
-    least = OTHERWISE * _gain(ended.nothing, first.fits[0])
-    if chosen is None or _gain(ended.nothing, chosen) < least:
-        return None
-    return replace(first, fits=(chosen, *(f for f in first.fits if f is not chosen)))
 
 
 def _many(

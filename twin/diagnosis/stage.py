@@ -9,7 +9,7 @@ import numpy as np
 
 from twin.diagnosis.base import level, surroundings
 from twin.diagnosis.bench import Bench
-from twin.diagnosis.fitting import Fit, fit
+from twin.diagnosis.fitting import Fit, fit, lenient_gains
 from twin.diagnosis.heard import best_of_each, elsewhere
 from twin.diagnosis.locating import locate
 from twin.diagnosis.motion import motion_of
@@ -169,7 +169,10 @@ def _promising(candidates: Sequence[Candidate]) -> list[Candidate]:
 
 
 def fitted(bench: Bench, current: Fit, candidate: Candidate) -> Fit | None:
-    """Fit a candidate on top of what was found, all parameters free."""
+    """Fit a candidate on top of what was found, all parameters free.
+
+    None where no filter follows it: neither on the way nor, with one that is, where it ends.
+    """
     as_it_was = current.hypothesis
     starts = [as_it_was.including(candidate.mechanism)]
     if candidate.hypothesis is not None:
@@ -178,9 +181,11 @@ def fitted(bench: Bench, current: Fit, candidate: Candidate) -> Fit | None:
         starts.append(along.including(candidate.mechanism))
     starts.append(level(as_it_was).including(candidate.mechanism))
     try:
-        return refined(bench, starts, current.slack, current.starts)
+        found = refined(bench, starts, current.slack, current.starts)
+        lenient_gains(bench, found.hypothesis, found.slack)
     except np.linalg.LinAlgError:
         return None
+    return found
 
 
 def is_lawful(found: Fit) -> bool:

@@ -55,9 +55,14 @@ class SensorClipping(ChannelFault):
         return self.level
 
     @classmethod
+    def piled(cls, place: str, reading: Array) -> Self | None:
+        """Return the range that ends where readings pile up, None where they do not."""
+        if (ends := range_ends(reading)) is None:
+            return None
+        level = max(map(abs, ends))
+        return cls(place, level, level)
+
+    @classmethod
     def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:
         """Return where readings pile up, else the largest: one that clips has reached its end."""
-        if (ends := range_ends(around.reading)) is not None:
-            level = max(map(abs, ends))
-            return (cls(place, level, level),)
-        return (cls(place, peak(around.reading)),)
+        return (cls.piled(place, around.reading) or cls(place, peak(around.reading)),)
