@@ -11,8 +11,10 @@ from twin.diagnosis.filtering import (
     Filtered,
     ahead,
     gain,
+    innovations_of,
     linear,
     recursion,
+    side_by_side,
     smoothed,
 )
 from twin.diagnosis.plant import build, sampled
@@ -126,6 +128,17 @@ def test_the_linear_filter_is_the_loop(held):
     e, states = loop(plant, gains, u, y, start)
     assert error(found.innovations, e) < 1e-10
     assert error(found.states, states) < 1e-10
+
+
+def test_several_plants_side_by_side_are_each_the_loop():
+    plants = [two(ALL["stiffness"]("storey1", change)) for change in (0.0, 30.0, -20.0)]
+    gains = gain(plants[0], *NOISE)
+    u = np.column_stack([rough(300, 1), rough(300, 2)])
+    y = rng(4).standard_normal((300, 2)) * [3.0, 1e-3]
+    start = np.array([1e-3, -2e-3, 0.05, 0.1])
+    found = innovations_of(plants, gains, side_by_side(u, u, y), y, start)
+    for plant, innovations in zip(plants, found, strict=True):
+        assert error(innovations, loop(plant, gains, u, y, start)[0]) < 1e-10
 
 
 def test_a_known_force_adds_its_effect_to_the_innovations():

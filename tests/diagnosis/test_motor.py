@@ -6,7 +6,8 @@ from diagnosis_support import RATE, error, motion, rng, tones
 
 from twin import physics
 from twin.diagnosis.base import surroundings
-from twin.diagnosis.bench import Bench, corrected
+from twin.diagnosis.bench import Bench
+from twin.diagnosis.channels import corrected
 from twin.diagnosis.filtering import Gain
 from twin.diagnosis.fitting import fit
 from twin.diagnosis.hypothesis import Hypothesis

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.diagnosis.channels import as_recorded, changes_data, corrected, limits_of
 from twin.diagnosis.effects import effect_of_start
 from twin.diagnosis.filtering import (
     Gain,
     gain,
-    linear,
+    innovations_of,
+    side_by_side,
     with_laws,
 )
 from twin.diagnosis.hypothesis import Hypothesis
@@ -34,6 +37,9 @@ STEPS, ABRUPT_STEPS = 2, 4
 
 PER_PERIOD = 50
 """Integration steps in a period of the fastest mode, at least."""
+
+KEPT = 200
+"""Sampled plants that are kept: gains and innovations of a hypothesis ask for the same ones."""
 
 LEAST_NOISE = 1e-4
 """Smallest noise of a channel as a share of its RMS: below it the filter has nothing to weigh."""
@@ -94,14 +100,23 @@ class Bench:
 
     def _plants(self, variants: Sequence[Hypothesis], steps: int = 1) -> list[list[Sampled]]:
         """Return plants[trial][variant]; recordings with the same masses share them."""
-        made: dict[tuple[tuple[str, float], ...], list[Sampled]] = {}
-        out = []
+        kept, out = self._sampled, []
+        if len(kept) > KEPT:
+            kept.clear()
         for trial in self.trials:
-            key = tuple(sorted(trial.added_mass.items()))
-            if key not in made:
-                made[key] = [self.plant(trial, v.mechanisms, steps) for v in variants]
-            out.append(made[key])
+            masses = tuple(sorted(trial.added_mass.items()))
+            row = []
+            for variant in variants:
+                key = (masses, steps, variant.mechanisms)
+                if key not in kept:
+                    kept[key] = self.plant(trial, variant.mechanisms, steps)
+                row.append(kept[key])
+            out.append(row)
         return out
+
+    @cached_property
+    def _sampled(self) -> dict[Hashable, Sampled]:
+        return {}
 
     def gain(self, trial: Trial, plant: Sampled, slack: float, latent: Array | None = None) -> Gain:
         """Return the stationary gain.
@@ -156,23 +171,33 @@ class Bench:
         """
         mechanisms = variants[0].mechanisms
         laws = laws_of(mechanisms)
-        faults = [m for m in mechanisms if isinstance(m, ChannelFault)]
-        clips = any(fault.limit() is not None for fault in faults)
-        if laws or clips:
+        if laws or np.isfinite(limits_of(mechanisms, self.trials[0].outputs)).any():
             return self._stepped(variants, gains, starts)
         plants = self._plants(variants)
+        # variants with the same faults share their corrected channels
+        alike: dict[tuple[ChannelFault, ...], list[int]] = {}
+        for position, variant in enumerate(variants):
+            its = tuple(m for m in variant.mechanisms if isinstance(m, ChannelFault))
+            alike.setdefault(its, []).append(position)
         out = []
         for number, trial in enumerate(self.trials):
-            rows = []
+            rows = np.empty((len(variants), trial.samples, len(trial.outputs)))
             begin = None if starts is None else starts[number]
-            as_it_is = self.smooth(trial.u)
-            for variant, plant in zip(variants, plants[number], strict=True):
-                sound = corrected(trial, variant.mechanisms)
-                smooth = as_it_is if sound is trial else self.smooth(sound.u)
-                found = linear(plant, gains[number], sound.u, smooth, sound.y, begin)
-                rows.append(found.innovations * as_recorded(trial, variant.mechanisms))
-            out.append(np.array(rows))
+            for faults, positions in alike.items():
+                sound = corrected(trial, faults)
+                given = self._given[number] if sound is trial else self._side_by_side(sound)
+                chosen = [plants[number][position] for position in positions]
+                found = innovations_of(chosen, gains[number], given, sound.y, begin)
+                rows[positions] = found * as_recorded(trial, faults)
+            out.append(rows)
         return out
+
+    def _side_by_side(self, trial: Trial) -> Array:
+        return side_by_side(trial.u, self.smooth(trial.u), trial.y)
+
+    @cached_property
+    def _given(self) -> list[Array]:
+        return [self._side_by_side(trial) for trial in self.trials]
 
     def _stepped(
         self,
@@ -193,7 +218,7 @@ class Bench:
         laws = [laws_of(variant.mechanisms) for variant in variants]
         steps = steps_for(laws[0], self._plants(variants[:1])[0][0])
         plants = self._plants(variants, steps)
-        whole = not any(_changes_data(m) for m in variants[0].mechanisms)
+        whole = not any(changes_data(m) for m in variants[0].mechanisms)
         outputs = self.trials[0].outputs
         limits = np.array([limits_of(v.mechanisms, outputs) for v in variants])
 
@@ -226,36 +251,6 @@ class Bench:
         return [effect_of_start(plant, its, trial.samples) for trial, plant, its in trials]
 
 
-def corrected(trial: Trial, mechanisms: Sequence[Mechanism]) -> Trial:
-    """Return the trial with all channel faults taken back that can be, and motors' faults done."""
-    faults = [m for m in mechanisms if isinstance(m, ChannelFault) and _changes_data(m)]
-    if not faults:
-        return trial
-    columns = trial.columns
-    for fault in reversed(faults):
-        sound = fault.distort if fault.of_motor else fault.undo
-        columns = {**columns, **sound(columns, trial.sampling_hz)}
-    return trial.with_columns(columns)
-
-
-def distorted(trial: Trial, mechanisms: Sequence[Mechanism], y: Array) -> Array:
-    """Return what the channel faults that can be undone make of outputs, both (samples, m)."""
-    columns = replace(trial, y=y).columns
-    for fault in mechanisms:
-        if isinstance(fault, ChannelFault) and _changes_data(fault) and not fault.of_motor:
-            columns = {**columns, **fault.distort(columns, trial.sampling_hz)}
-    return np.column_stack([columns[name] for name in trial.outputs])
-
-
-def as_recorded(trial: Trial, mechanisms: Sequence[Mechanism]) -> Array:
-    """Return what takes innovations of corrected outputs back to those of recorded ones, (m,)."""
-    scale = np.ones(len(trial.outputs))
-    for mechanism in mechanisms:
-        if isinstance(mechanism, ChannelFault) and mechanism.place in trial.outputs:
-            scale[trial.outputs.index(mechanism.place)] *= np.exp(-mechanism.log_volume())
-    return scale
-
-
 def steps_for(laws: Sequence[Law], plant: Sampled) -> int:
     """Return the integration steps a sample that these laws need beside a plant of one step.
 
@@ -266,18 +261,3 @@ def steps_for(laws: Sequence[Law], plant: Sampled) -> int:
     fastest = float(np.sqrt(max(np.max(squares), 0.0))) * plant.step_s / (2 * np.pi)
     least = ABRUPT_STEPS if any(law.abrupt for law in laws) else STEPS
     return max(least, math.ceil(PER_PERIOD * fastest)) if laws else 1
-
-
-def _changes_data(mechanism: Mechanism) -> bool:
-    return isinstance(mechanism, ChannelFault) and (
-        mechanism.filter_hz() is None and mechanism.limit() is None
-    )
-
-
-def limits_of(mechanisms: Sequence[Mechanism], outputs: Sequence[str]) -> Array:
-    """Return the clipping level of every output, infinite where there is none, (m,)."""
-    limits = np.full(len(outputs), np.inf)
-    for mechanism in mechanisms:
-        if isinstance(mechanism, ChannelFault) and mechanism.limit() is not None:
-            limits[list(outputs).index(mechanism.place)] = mechanism.limit()
-    return limits

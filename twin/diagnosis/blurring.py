@@ -14,7 +14,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnosis.bench import Bench, distorted
+from twin.diagnosis.bench import Bench
+from twin.diagnosis.channels import distorted
 from twin.diagnosis.fitting import Fit
 from twin.diagnosis.plant import laws_of
 from twin.diagnosis.refining import refined

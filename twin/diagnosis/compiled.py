@@ -253,6 +253,37 @@ def march(columns, g, x):  # type: ignore[no-untyped-def]
                 x[k + 1, i] += columns[j, i] * now
 
 
+@lru_cache(maxsize=64)
+def innovator(n: int, m: int) -> Callable[..., Any]:
+    """Return the compiled loop of several linear systems with n states and m outputs.
+
+    It fills out(k) = e(k) - C x(k) along x(k+1) = F x(k) + g(k). Loops of known length are
+    unrolled, and the state stays in registers.
+    """
+
+    @numba.njit(nogil=True, cache=True)
+    def innovate(F, C, g, e, start, out):  # type: ignore[no-untyped-def]
+        x, after = np.zeros(n), np.zeros(n)
+        for v in range(len(F)):
+            for i in range(n):
+                x[i] = start[i]
+            for k in range(len(g)):
+                for o in range(m):
+                    total = e[k, v, o]
+                    for j in range(n):
+                        total -= C[v, o, j] * x[j]
+                    out[v, k, o] = total
+                for i in range(n):
+                    total = g[k, v, i]
+                    for j in range(n):
+                        total += F[v, i, j] * x[j]
+                    after[i] = total
+                for i in range(n):
+                    x[i] = after[i]
+
+    return innovate
+
+
 def numbers_of(variants: list[tuple[Law, ...]]) -> Any:
     """Return the laws' numbers, (variants, laws, MOST_NUMBERS)."""
     count = max(len(variants[0]), 1)

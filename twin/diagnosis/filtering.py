@@ -18,9 +18,6 @@ from twin.physics.mechanism import Law
 
 Array = NDArray[np.float64]
 
-DOUBLINGS = 60
-"""At most; each squares the number of samples that the covariance has settled over."""
-
 
 @dataclass(frozen=True)
 class Gain:
@@ -62,10 +59,14 @@ def gain(plant: Sampled, input_noise: Array, output_noise: Array, force_noise: A
     R = seen @ seen.T + np.diag(output_noise**2)
     S = enter @ seen.T
     C = plant.plant.C
+    from twin.diagnosis.riccati import stationary
+
     # Balanced units: accelerations of microns a second squared beside metres a second squared.
     scale = 1 / np.sqrt(np.diag(R))
     Cs, Rs, Ss = scale[:, None] * C, scale[:, None] * R * scale, S * scale
-    P = _stationary(plant.A, Cs, Q, Rs, Ss)
+    P = stationary(*(np.ascontiguousarray(x) for x in (plant.A, Cs, Q, Rs, Ss)))
+    if not np.isfinite(P).all():
+        raise np.linalg.LinAlgError("the stationary covariance of the filter does not converge")
     Se = Cs @ P @ Cs.T + Rs
     inverse = np.linalg.inv(Se)
     filtered = P @ Cs.T @ inverse
@@ -77,32 +78,6 @@ def gain(plant: Sampled, input_noise: Array, output_noise: Array, force_noise: A
         P,
         back[:, None] * Se * back,
     )
-
-
-def _stationary(A: Array, C: Array, Q: Array, R: Array, S: Array) -> Array:
-    """Solve the filter's Riccati equation by doubling (Chu, Fan, Lin and Wang 2004).
-
-    It stays exact where the Schur method cannot order its eigenvalues: oscillators that hardly
-    decay under noise that is hardly there.
-    """
-    inverse = np.linalg.inv(R)
-    a = (A - S @ inverse @ C).T
-    g, h = C.T @ inverse @ C, Q - S @ inverse @ S.T
-    eye = np.eye(len(A))
-    for _ in range(DOUBLINGS):
-        w = np.linalg.solve(eye + g @ h, np.hstack([a, g]))
-        wa, wg = w[:, : len(A)], w[:, len(A) :]
-        step = a.T @ h @ wa
-        g = g + a @ wg @ a.T
-        a = a @ wa
-        h = h + step
-        h, g = (h + h.T) / 2, (g + g.T) / 2
-        size = float(np.abs(h).max())
-        if not np.isfinite(size):
-            break
-        if float(np.abs(step).max()) <= 1e-13 * size:
-            return h
-    raise np.linalg.LinAlgError("the stationary covariance of the filter does not converge")
 
 
 def recursion(F: Array, g: Array, start: Array | None = None) -> Array:
@@ -148,6 +123,49 @@ def linear(
     g = smooth @ plant.B0.T + ahead(smooth) @ plant.B1.T + direct @ K.T
     x = recursion(F, g, start)
     return Filtered(direct - x @ plant.plant.C.T, x)
+
+
+def innovations_of(
+    plants: Sequence[Sampled], gains: Gain, given: Array, y: Array, start: Array | None = None
+) -> Array:
+    """Return the innovations of several plants without laws, (plants, samples, m).
+
+    Args:
+        plants: of one size.
+        gains: used for all of them.
+        given: inputs and outputs side by side (``side_by_side``).
+        y: the outputs, (samples, m).
+        start: initial state, or rest.
+    """
+    from twin.diagnosis.compiled import innovator
+
+    samples, m = y.shape
+    n, r = plants[0].plant.C.shape[1], plants[0].plant.D.shape[1]
+    driving, felt, steps = [], [], []
+    for plant in plants:
+        K = gains.whole(plant.A)
+        seen = np.vstack([-plant.plant.D.T, np.eye(m)])
+        driving.append(np.vstack([plant.B0.T, plant.B1.T, seen @ K.T]))
+        felt.append(seen)
+        steps.append(plant.A - K @ plant.plant.C)
+    innovations = np.empty((len(plants), samples, m))
+    innovator(n, m)(
+        np.array(steps),
+        np.array([plant.plant.C for plant in plants]),
+        (given @ np.hstack(driving)).reshape(samples, len(plants), n),
+        (given[:, 2 * r :] @ np.hstack(felt)).reshape(samples, len(plants), m),
+        np.zeros(n) if start is None else np.ascontiguousarray(start, float),
+        innovations,
+    )
+    return innovations
+
+
+def side_by_side(u: Array, smooth: Array, y: Array) -> Array:
+    """Return all that drives a linear filter, (samples, 3 r + m).
+
+    Inputs as they drive the states at each sample and at the next, inputs at the samples, outputs.
+    """
+    return np.hstack([smooth, ahead(smooth), u, y])
 
 
 def smoothed(plant: Sampled, gains: Gain, filtered: Filtered) -> Array:

@@ -13,6 +13,7 @@ from twin.diagnosis.filtering import Gain
 from twin.diagnosis.hypothesis import Hypothesis, Unknown
 
 Array = NDArray[np.float64]
+Slopes = Mapping[tuple[int, str], Sequence[Array]]
 
 STEP = 1e-3
 """Of the finite differences, as a share of each unknown's size."""
@@ -138,7 +139,7 @@ def fit(
     starts: Sequence[Array] | None = None,
     iterations: int = 6,
     tolerance: float = 0.05,
-    slopes: Mapping[tuple[int, str], Sequence[Array]] | None = None,
+    slopes: Slopes | None = None,
 ) -> Fit:
     """Fit a hypothesis at a fixed slack by Gauss-Newton with a trust parameter.
 
@@ -177,10 +178,10 @@ def fit(
         found = problem.residuals(theta + np.diag(STEP * size)[free], begin)
         J = []
         for i, row in enumerate(found):
-            slope = np.empty((*e[i].shape, len(unknowns)))
-            slope[..., free] = np.moveaxis((row - e[i][None]) / steps[:, None, None], 0, -1)
-            for column, its in known.items():
-                slope[..., column] = its[i]
+            slope = np.empty((len(unknowns), *e[i].shape))
+            slope[free] = (row - e[i]) / steps[:, None, None]
+            for index, its in known.items():
+                slope[index] = its[i]
             J.append(slope)
         if not all(np.isfinite(x).all() for x in (*e, *J)):
             raise np.linalg.LinAlgError("the filter's errors are not finite")
@@ -257,7 +258,7 @@ def _normal(
     parts = []
     for i, S in enumerate(covariances(e)):
         W = np.linalg.inv(np.linalg.cholesky(S)).T
-        Jw = np.einsum("kmp,mw->kwp", J[i], W).reshape(-1, p)
+        Jw = (J[i] @ W).reshape(p, -1).T
         ew = (e[i] @ W).reshape(-1)
         Pw = np.moveaxis(problem.Phi[i] @ W, 0, -1).reshape(-1, problem.Phi[i].shape[0])
         size = np.linalg.norm(Pw, axis=0)

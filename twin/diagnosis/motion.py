@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnosis.bench import Bench, corrected, limits_of
+from twin.diagnosis.bench import Bench
+from twin.diagnosis.channels import corrected, limits_of
 from twin.diagnosis.filtering import Filtered, linear, smoothed
 from twin.diagnosis.fitting import Fit, gains_of, log_likelihood
 from twin.diagnosis.hypothesis import Hypothesis

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
-from twin.diagnosis.bench import Bench, corrected
+from twin.diagnosis.bench import Bench
+from twin.diagnosis.channels import corrected
 from twin.diagnosis.fitting import Fit
 from twin.diagnosis.motion import at_place, force_histories, states
 from twin.diagnosis.plant import place_vector

@@ -11,7 +11,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnosis.bench import Bench, as_recorded, corrected, limits_of, steps_for
+from twin.diagnosis.bench import Bench, steps_for
+from twin.diagnosis.channels import as_recorded, corrected, limits_of
 from twin.diagnosis.filtering import Gain, with_laws
 from twin.diagnosis.fitting import lenient_gains
 from twin.diagnosis.hypothesis import Hypothesis

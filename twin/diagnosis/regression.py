@@ -7,12 +7,18 @@ enters the innovations of a linear filter linearly.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.diagnosis.base import level
+from twin.diagnosis.bench import Bench
 from twin.diagnosis.effects import effects_of_forces
-from twin.diagnosis.fitting import STEP, covariances
+from twin.diagnosis.filtering import Gain
+from twin.diagnosis.fitting import STEP, Slopes, covariances, lenient_gains
+from twin.diagnosis.hypothesis import Hypothesis, Unknown
 from twin.diagnosis.motion import at_place, force_histories
 from twin.diagnosis.plant import build, sampled
 from twin.diagnosis.scene import Candidate, Scene
@@ -21,6 +27,9 @@ from twin.physics.quadratic_drag import QuadraticDrag
 from twin.physics.slight import SlightChange
 
 Array = NDArray[np.float64]
+
+STRAIGHT = 3e-3
+"""Slack, at least, with which a base that was bent is followed as the model has it."""
 
 
 class Regression:
@@ -32,14 +41,11 @@ class Regression:
         unknowns = fit0.hypothesis.unknowns()
         theta = fit0.hypothesis.vector(unknowns)
         size = np.array([u.size for u in unknowns])
-        variants = [fit0.hypothesis.at(unknowns, theta + step) for step in np.diag(STEP * size)]
-        rows = bench.innovations(variants, fit0.gains, fit0.starts)
+        slopes = _slopes(bench, fit0.hypothesis, fit0.gains, fit0.starts)
         Phi = bench.start_effects(fit0.hypothesis, fit0.gains)
         self.W = [np.linalg.inv(np.linalg.cholesky(S)).T for S in covariances(fit0.innovations)]
         J, e = [], []
-        slopes = []
         for i, own in enumerate(fit0.innovations):
-            slopes.append((rows[i] - own[None]) / (STEP * size)[:, None, None])
             J.append(self.whitened(i, slopes[i] * size[:, None, None]))
             e.append((own @ self.W[i]).reshape(-1, 1))
         prior = np.diag([0.0 if np.isinf(u.prior_std) else u.size / u.prior_std for u in unknowns])
@@ -62,7 +68,17 @@ class Regression:
         self.target = np.concatenate([np.vstack(e)[:, 0], -pull])
         self.rest = self.target - self.Q @ (self.Q.T @ self.target)
         self.unknowns, self.theta, self.size = unknowns, theta, size
-        self.slopes = {(u.index, u.name): [d[c] for d in slopes] for c, u in enumerate(unknowns)}
+        self.slopes = _by_unknown(unknowns, slopes)
+
+    @cached_property
+    def straight(self) -> tuple[Scene, float, Slopes]:
+        """The scene with its base as the model has it, the slack to follow it with, the slopes."""
+        bench, fit0 = self.scene.bench, self.scene.fit
+        hypothesis, slack = level(fit0.hypothesis), max(fit0.slack, STRAIGHT)
+        scene = replace(self.scene, fit=replace(fit0, hypothesis=hypothesis))
+        gains = lenient_gains(bench, hypothesis, slack)
+        slopes = _slopes(bench, hypothesis, gains, fit0.starts)
+        return scene, slack, _by_unknown(hypothesis.unknowns(), slopes)
 
     def whitened(self, trial: int, effects: Array) -> Array:
         """Return effects (p, samples, m) as columns of whitened samples, (samples m, p)."""
@@ -118,3 +134,18 @@ class Regression:
         step = -np.linalg.lstsq(self.R, self.Q.T @ moved, rcond=1e-12)[0][: len(self.unknowns)]
         along = fit0.hypothesis.at(self.unknowns, self.theta + np.clip(step, -20, 20) * self.size)
         return Candidate(starts[winner].scaled(float(strength[winner])), float(gained), along)
+
+
+def _slopes(
+    bench: Bench, hypothesis: Hypothesis, gains: Sequence[Gain], starts: Sequence[Array]
+) -> list[Array]:
+    """Return the derivatives of the innovations, one (unknowns, samples, m) a trial."""
+    unknowns = hypothesis.unknowns()
+    steps = STEP * np.array([u.size for u in unknowns])
+    moved = hypothesis.vector(unknowns) + np.vstack([np.zeros(len(unknowns)), np.diag(steps)])
+    rows = bench.innovations([hypothesis.at(unknowns, v) for v in moved], gains, starts)
+    return [(its[1:] - its[0]) / steps[:, None, None] for its in rows]
+
+
+def _by_unknown(unknowns: Sequence[Unknown], slopes: Sequence[Array]) -> Slopes:
+    return {(u.index, u.name): [d[c] for d in slopes] for c, u in enumerate(unknowns)}

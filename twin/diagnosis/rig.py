@@ -11,7 +11,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnosis.bench import Bench, Between, corrected
+from twin.diagnosis.bench import Bench, Between
+from twin.diagnosis.channels import corrected
 from twin.diagnosis.trials import MOTOR, SHAKE_TABLE, Trial
 from twin.errors import ModelError
 from twin.model import Twin

@@ -7,17 +7,17 @@ explains. What is linear is fitted at once.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from twin import physics
-from twin.diagnosis.base import bent, level, surroundings
+from twin.diagnosis.base import bent, surroundings
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.filtering import Gain
-from twin.diagnosis.fitting import fit, gains_of, log_likelihood
+from twin.diagnosis.fitting import Slopes, fit, gains_of, log_likelihood
 from twin.diagnosis.refining import with_slack, with_widths
 from twin.diagnosis.regression import Regression
 from twin.diagnosis.scene import Candidate, Scene
@@ -32,14 +32,12 @@ from twin.physics.mechanism import (
 from twin.physics.slight import SlightChange
 
 Array = NDArray[np.float64]
-Slopes = Mapping[tuple[int, str], Sequence[Array]]
 
 WORTH_FOLLOWING = 5.0
 """Gain in log likelihood that a slight change must promise along the motion to be followed."""
 
 MOST_STRAIGHT = 4
-STRAIGHT = 3e-3
-"""How many faults are tried from a straight base, and with which slack at least."""
+"""How many faults are tried from a straight base."""
 
 FORGETFUL = 0.03
 """Slack at which a filter forgets within some periods: then a resonance may be off in frequency by
@@ -104,12 +102,12 @@ def _lost(start: Mechanism, bench: Bench) -> bool:
 
 def _fitted(regression: Regression, starts: Sequence[Mechanism]) -> Candidate:
     """Fit a linear mechanism from the best of its starts, in a few steps."""
-    scene, slopes = regression.scene, regression.slopes
+    scene = regression.scene
     if isinstance(starts[0], ChannelFault) and starts[0].limit() is not None:
         return _clipped(scene, starts)
     candidates = [Candidate(starts[0], -np.inf)]
     for value, start in ranked(scene, starts)[: starts[0].valleys]:
-        candidates.append(_followed(scene, start, value, scene.fit.slack, slopes))
+        candidates.append(_followed(scene, start, value, scene.fit.slack, regression.slopes))
     if isinstance(starts[0], SlightChange) and scene.fit.slack < FORGETFUL:
         # a filter that forgets likes none of them as they stand: in their own order, then
         for start in starts[: starts[0].valleys]:
@@ -117,9 +115,11 @@ def _fitted(regression: Regression, starts: Sequence[Mechanism]) -> Candidate:
     if isinstance(starts[0], ChannelFault | BaseCompliance) and bent(scene.fit.hypothesis):
         # what the base was bent for may have been this: from a straight one, too
         best = max(candidates, key=lambda c: c.gain).mechanism
-        straight = replace(scene, fit=replace(scene.fit, hypothesis=level(scene.fit.hypothesis)))
+        straight, slack, slopes = regression.straight
+        # a base moves with what is above it: there the slopes change
+        known = slopes if isinstance(starts[0], ChannelFault) else None
         for start in (*starts[:MOST_STRAIGHT], best):
-            candidates.append(_followed(straight, start, -np.inf, max(scene.fit.slack, STRAIGHT)))
+            candidates.append(_followed(straight, start, -np.inf, slack, known))
     return max(candidates, key=lambda c: c.gain)
 
 
