@@ -22,7 +22,7 @@ campaign."""
 def table(
     rows: Iterable[Mapping[str, Any]], results: Path, newest: Iterable[Mapping[str, Any]] = ()
 ) -> dict[str, Any]:
-    """Return columns, rows and curve: how often a first finding was right, by what was stated.
+    """Return columns, rows and curves: how often a first finding was right, by what was stated.
 
     The sealed cases are mostly too clear for a probability in the middle; those of the detection
     limits and of ``weak_effects.py``, where they have been run, are made to be weak.
@@ -47,8 +47,8 @@ def table(
         right = together["right"]
         out.append([f"{low:g} to {high:g}", f"{together['probability']:.3f}", *counts,
                     percent(right["share"]), between(right), _count(alone.get(low))])  # fmt: skip
-    whole = list(parts[2].values())
-    return {"columns": list(COLUMNS), "rows": out, "weak": len(weak), "curve": whole}
+    curves = {"curve": list(parts[2].values()), "newest": list(alone.values())}
+    return {"columns": list(COLUMNS), "rows": out, "weak": len(weak), **curves}
 
 
 def weak_cases(file: Path) -> tuple[list[Stated], list[Stated]]:

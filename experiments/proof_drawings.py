@@ -28,7 +28,8 @@ def rates(tables: Mapping[str, Mapping[str, Any]], aims: Mapping[str, float]) ->
     ax = figure.subplots()
     for row, name in enumerate(names):
         of = tables[name]["right"]
-        ax.plot([100 * of["low"], 100 * of["high"]], [row, row], color=MEASURED, lw=6, alpha=0.5)
+        ends = [100 * of["low"], 100 * of["high"]]
+        ax.plot(ends, [row, row], color=MEASURED, lw=6, alpha=0.5, solid_capstyle="butt")
         ax.plot(100 * of["share"], row, "o", color=TRUE, ms=7)
         if name in aims:
             ax.plot([100 * aims[name]] * 2, [row - 0.35, row + 0.35], color=IDENTIFIED, lw=2)
@@ -45,19 +46,16 @@ def rates(tables: Mapping[str, Mapping[str, Any]], aims: Mapping[str, float]) ->
     return figure
 
 
-def calibration(first: Rows, every: Rows) -> Figure:
-    """Draw how often a stated probability was right: of the first finding, and of all named."""
-    figure = Figure(figsize=(9, 4.6), layout="constrained")
-    left, right = figure.subplots(1, 2, sharey=True)
-    for ax, bins, title in (
-        (left, first, "first finding: sealed cases and weak effects"),
-        (right, every, "findings and alternatives: sealed cases"),
-    ):
+def calibration(panels: Mapping[str, Rows]) -> Figure:
+    """Draw how often a stated probability was right, one panel for each title."""
+    figure = Figure(figsize=(0.8 + 4 * len(panels), 4.6), layout="constrained")
+    axes = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
+    for ax, (title, bins) in zip(axes, panels.items(), strict=True):
         _curve(ax, bins)
         ax.set_title(title, fontsize=10)
         ax.set_xlabel("stated probability")
-    left.set_ylabel("share that was right")
-    figure.legend(*left.get_legend_handles_labels(), loc="outside upper center", ncols=3,
+    axes[0].set_ylabel("share that was right")
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3,
                   frameon=False, fontsize=9)  # fmt: skip
     return figure
 
@@ -65,7 +63,8 @@ def calibration(first: Rows, every: Rows) -> Figure:
 def _curve(ax: Axes, bins: Rows) -> None:
     for at, one in enumerate(bins):
         of = one["right"]
-        ax.plot([at, at], [of["low"], of["high"]], color=MEASURED, lw=5, alpha=0.5)
+        ends = [of["low"], of["high"]]
+        ax.plot([at, at], ends, color=MEASURED, lw=5, alpha=0.5, solid_capstyle="butt")
         ax.plot([at - 0.3, at + 0.3], [one["probability"]] * 2, color=GROUND, lw=1.5)
         ax.plot(at, of["share"], "o", color=TRUE)
         ax.text(at, -0.07, f"{of['count']}/{of['of']}", fontsize=8, ha="center", va="center")

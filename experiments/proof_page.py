@@ -74,10 +74,12 @@ def write_page(results: Path, docs: Path) -> Path:
     pictures = folder(docs / "proof")
     _save(drawings.rates(summary["tables"], AIMS), pictures / "rates.png")
     curve = calibration.table(rows, results, _newest(rows))
-    _save(
-        drawings.calibration(curve["curve"], summary["calibration_all"]),
-        pictures / "calibration.png",
-    )
+    panels = {
+        "first finding: newest alone": curve["newest"],
+        "first finding: sealed cases and weak effects": curve["curve"],
+        "findings and alternatives: sealed cases": summary["calibration_all"],
+    }
+    _save(drawings.calibration(panels), pictures / "calibration.png")
     _save(drawings.fit_ratios(rows), pictures / "fit_ratios.png")
     draw_confusion(summary["confusion"], pictures / "confusion.png", 80)
     loader = FileSystemLoader(Path(__file__).parent / "templates")

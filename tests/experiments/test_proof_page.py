@@ -140,6 +140,8 @@ def test_weak_effects_count_beside_the_sealed_cases_where_they_were_run(tmp_path
     newest = proof_calibration.table([*rows, *rows], tmp_path, rows)
     assert newest["rows"][1][2:5] == ["2 of 2", "0 of 2", "2 of 4"]
     assert [row[-1] for row in newest["rows"]] == ["-", "1 of 2"]
+    assert [one["right"]["of"] for one in newest["newest"]] == [2]
+    assert [one["right"]["of"] for one in newest["curve"]] == [1, 4]
     (tmp_path / "weak_effects.json").write_text(
         json.dumps({"cases": cases[:1], "earlier": [{"cases": cases}]})
     )
