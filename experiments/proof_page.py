@@ -50,6 +50,7 @@ ABOUT = {
     "five_storeys": ("one effect in five storeys", "mechanism and place first"),
 }
 SECTIONS = {
+    "misses_again": "The misses again",
     "detection_limits": "Detection limits",
     "p_delta": "Gravity on a flexible frame",
     "controlled": "A controlled run that falls short",

@@ -12,6 +12,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from threadpoolctl import threadpool_limits
+
 from twin.errors import TwinError
 from twin.files import write_whole
 
@@ -80,8 +82,12 @@ class Opening:
 
 
 def conceal(task: Concealing) -> dict[str, Any]:
-    """Generate a case; return the SHA-256 of its truth and the model that is handed out."""
-    digest = generate(task.number, task.seed, task.recordings, task.sealed, task.table)
+    """Generate a case; return the SHA-256 of its truth and the model that is handed out.
+
+    On one thread of BLAS: with more, the last digits change, and the SHA-256 with them.
+    """
+    with threadpool_limits(1, "blas"):
+        digest = generate(task.number, task.seed, task.recordings, task.sealed, task.table)
     path = task.sealed / f"{case_name(task.number, task.table)}.json"
     return {"sha256": digest, "model": open_seal(path, digest)["model"]}
 

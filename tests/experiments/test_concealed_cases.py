@@ -1,9 +1,11 @@
 """Concealed cases: same seed, same bytes; physical, visible, sealed."""
 
 import json
+import os
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_limits
 
 from experiments.concealed import absorbed, outside, pairs
 from experiments.concealed import case as cases
@@ -20,6 +22,7 @@ from experiments.concealed.reference import reference
 from experiments.concealed.rehearsal import Rehearsal
 from experiments.concealed.rig import TWO_STOREY
 from experiments.concealed.seal import open_seal, write_manifest
+from experiments.concealed.steps import Concealing, conceal
 from experiments.concealed.tables import (
     TABLES,
     case_name,
@@ -46,6 +49,17 @@ def test_the_same_seed_gives_the_same_bytes(made, tmp_path):
     for name in FILES:
         path = f"case_0004/{name}"
         assert (folder / path).read_bytes() == (tmp_path / path).read_bytes()
+
+
+@pytest.mark.skipif(os.cpu_count() == 1, reason="one core: BLAS has no second thread")
+def test_the_same_truth_is_sealed_however_many_threads_there_are(tmp_path):
+    digests = []
+    for threads in (1, 2):
+        out = tmp_path / str(threads)
+        (out / "sealed").mkdir(parents=True)
+        with threadpool_limits(threads, "blas"):
+            digests.append(conceal(Concealing("pairs", 3, 2034, out, out / "sealed"))["sha256"])
+    assert digests[0] == digests[1]
 
 
 def test_six_recordings_and_nothing_else_lie_where_a_diagnosis_reads(made):
