@@ -6,6 +6,7 @@ from diagnosis_support import RATE, lumped, recorded, rng, tones
 
 from twin.diagnosis.prepare import prepare
 from twin.errors import RecordingError
+from twin.physics.scales import range_ends
 from twin.recording import Recording
 
 SAMPLES = 1024
@@ -157,6 +158,17 @@ def test_blows_from_one_side_that_are_cut_off_are_no_offset():
     np.testing.assert_array_equal(ready.train.trials[0].y[:, column], cut_off)
     shifted = prepare(lumped(), [plain(1, acc_floor1=cut_off + 3.0)], [plain(2)])
     np.testing.assert_allclose(shifted.train.trials[0].y[:, column], cut_off, atol=1e-9)
+
+
+def test_a_tone_whose_ends_a_stop_bends_has_no_offset():
+    angle = 2 * np.pi * np.arange(60 * SAMPLES) / 64
+    bent = np.sin(angle) + 0.15 * np.cos(2 * angle)
+    low, high = range_ends(bent)
+    assert (low + high) / 2 < -0.1, "its ends are not even"
+    ready = prepare(lumped(), [plain(1, samples=len(bent), acc_floor1=bent)], [plain(2)])
+    assert not [note for note in ready.notes if "record1.csv: acc_floor1" in note]
+    column = ready.train.trials[0].outputs.index("acc_floor1")
+    np.testing.assert_array_equal(ready.train.trials[0].y[:, column], bent)
 
 
 def test_a_driven_ground_is_released_and_that_is_said():

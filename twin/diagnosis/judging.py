@@ -15,7 +15,6 @@ from twin.diagnosis.evidence import probabilities, probability_over
 from twin.diagnosis.fitting import Fit
 from twin.diagnosis.heard import even_odds
 from twin.diagnosis.predict import strength_of
-from twin.diagnosis.refining import refined
 from twin.diagnosis.result import Finding, NextExperiment, Verdict
 from twin.diagnosis.search import Found
 from twin.diagnosis.stage import TIE
@@ -49,7 +48,7 @@ def findings_of(found: Found) -> tuple[tuple[Finding, ...], tuple[Finding, ...]]
         mine = best.hypothesis.found[number]
         if number in strengths:
             mine = mine.with_values({"rms": strengths[number]})
-        out.append((_explained(found, number), Finding(mine, _std(best, number), chances[0])))
+        out.append((found.lost[number], Finding(mine, _std(best, number), chances[0])))
         for other, chance in zip(stage.fits[1:], chances[1:], strict=True):
             at = instead(stage.fits[0], other)
             if at is not None:
@@ -96,16 +95,6 @@ def _parted(finding: Finding, bench: Bench) -> list[Finding]:
         replace(finding, mechanism=own, std=std | {"replaced": std.get("stiffness", 0.0)}),
         replace(finding, mechanism=Stiffness(joint.place, change), std={"change": spread}),
     ]
-
-
-def _explained(found: Found, number: int) -> float:
-    """Return what is lost without one of the findings, the others kept as they are."""
-    if len(found.best.hypothesis.found) == 1:
-        return 1.0
-    rest = tuple(m for i, m in enumerate(found.best.hypothesis.found) if i != number)
-    hypothesis = replace(found.best.hypothesis, found=rest)
-    without = refined(found.bench, [hypothesis], found.nothing.slack, rounds=2)
-    return without.bic - found.best.bic
 
 
 def advice(found: Found, model: str, seed: int) -> NextExperiment | None:

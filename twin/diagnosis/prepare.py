@@ -183,9 +183,10 @@ def _without_offset(
         values = data[:, column]
         rms = float(np.sqrt(np.mean(values**2)))
         ends = range_ends(values)
-        offset = float(values.mean() if ends is None else sum(ends) / 2)
+        mean = float(values.mean())
+        offset = mean if ends is None else sum(ends) / 2
         possible = 10 * rms / (2 * np.pi * slowest_hz * recording.duration_s)
-        if abs(offset) > possible:
+        if min(abs(mean), abs(offset)) > possible:
             notes.append(f"{recording.source}: {name} has an offset of {offset:.3g} m/s^2")
             data[:, column] = values - offset
     return replace(recording, data=data)

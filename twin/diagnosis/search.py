@@ -14,6 +14,7 @@ from twin.diagnosis.fitting import Fit, fit
 from twin.diagnosis.following import follows_motion
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.parameters import gravity_instead, promoted, several, straightens
+from twin.diagnosis.pruning import pruned
 from twin.diagnosis.refining import refined
 from twin.diagnosis.restarting import other_beginnings
 from twin.diagnosis.stage import (
@@ -60,7 +61,8 @@ class Found:
     """What a search found: the fit of nothing missing, the best one, and how it was reached.
 
     ``bench`` is the one that it ended with: what inputs do between samples is chosen on the way.
-    ``named`` is the best explanation by named mechanisms, where one without a name beats it.
+    ``named`` is the best explanation by named mechanisms, where one without a name beats it, and
+    ``lost`` by how much the BIC is worse without each of its mechanisms.
     """
 
     nothing: Fit
@@ -68,6 +70,7 @@ class Found:
     stages: tuple[Stage, ...]
     bench: Bench
     named: Fit | None = None
+    lost: tuple[float, ...] = ()
 
 
 def search(
@@ -103,10 +106,11 @@ def search(
             again = _followed(replace(path, stages=(other,)), heights, most, tell)
             if _comparable(bench, again.current).bic < _comparable(bench, ended.current).bic:
                 ended = again
-    best, stages = ended.current, ended.stages
+    tell("looking at what is needed still")
+    best, stages, lost = pruned(ended.bench, ended.current, ended.stages, nothing.slack)
     best, unnamed = unnamed_law(ended.bench, nothing, best, stages, heights, tell, follower)
     bench = with_recorded_outputs(ended.bench, bench)
-    return Found(nothing, unnamed or best, stages, bench, best if unnamed else None)
+    return Found(nothing, unnamed or best, stages, bench, best if unnamed else None, lost)
 
 
 @dataclass(frozen=True)
@@ -148,7 +152,7 @@ def _followed(
         needed = DECISIVE + max(FURTHER_SAMPLE * bench.samples, share * gained)
         better = [f for f in allowed if f.bic < current.bic - needed]
         # beside friction a parameter that is far off goes first, unless what is found explains it
-        own = promoted(bench, current, needed if rough else 0.0) if rough or not better else None
+        own = promoted(bench, current, needed) if rough or not better else None
         if own is not None and not (better and straightens(better[0], own)):
             stages[-1] = Stage(current, {}, (), (own,))
             current = own
