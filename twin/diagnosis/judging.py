@@ -99,10 +99,10 @@ def _parted(finding: Finding, bench: Bench) -> list[Finding]:
 
 def advice(found: Found, model: str, seed: int) -> NextExperiment | None:
     """Return the test that separates the first finding from what ties with it, if anything does."""
-    for stage in found.stages:
-        best = stage.fits[0] if stage.fits else None
-        if best is None or not set(best.hypothesis.labels) <= set(found.best.hypothesis.labels):
-            continue
+    if found.named is not None:
+        return None
+    for stage in found.stages[: len(found.best.hypothesis.found)]:
+        best = stage.fits[0]
         for other in stage.fits[1:]:
             if probability_over(best, other) < SURE or other.bic - best.bic < TIE:
                 return next_experiment(found.bench, best, other, _short(model), seed)

@@ -142,9 +142,11 @@ def _missed(bench: Bench, simulated: Callable[[], Sequence[Array]]) -> float:
 def is_poor(bench: Bench, nothing: Fit, best: Fit) -> bool:
     """Return whether the best explanation leaves most of what there is to explain.
 
-    Unmeasured forces cannot be foreseen: for them the filter's own slack tells.
+    Unmeasured forces cannot be foreseen: for them the filter's own slack tells. Several parameters
+    are a calibration: what they leave is looked for further.
     """
-    if all(m.verdict not in MOTION for m in best.hypothesis.found):
+    moving = [m.verdict for m in best.hypothesis.found if m.verdict in MOTION]
+    if not moving or (len(moving) > 1 and set(moving) == {"parameter"}):
         return False
     if all(isinstance(m, Disturbance) for m in best.hypothesis.found):
         return best.slack > LITTLE
