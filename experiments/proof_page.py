@@ -38,6 +38,9 @@ GUARD_TEST = ROOT / "tests" / "experiments" / "test_concealed_guard.py"
 AIMS = {"single": 0.95, "pairs": 0.80, "absorbed": 0.85, "outside": 0.85, "none": 0.985}
 """Shares of right answers that were set before the campaign."""
 
+NEWEST = 3
+"""Campaigns at the end that are told apart from the rest: the engine changes between them."""
+
 ABOUT = {
     "single": ("one effect of the vocabulary", "mechanism and place first"),
     "none": ("nothing", "no finding"),
@@ -111,6 +114,7 @@ def _facts(
     alarms = tables["none"]["false_alarm"] if "none" in tables else None
     return {
         "total": len(rows),
+        "newest": NEWEST,
         "headline": _headline(summary, summarise({row["case"]: row for row in _newest(rows)})),
         "noise": {"low": percent(min(noise)), "high": percent(max(noise))},
         "effect": {
@@ -146,10 +150,10 @@ def _about(name: str) -> tuple[str, str]:
 
 
 def _newest(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return the cases of the last campaign alone."""
+    """Return the cases of the last campaigns alone."""
     campaigns = [int(row["case"].rpartition("/")[0] or 1) for row in rows]
-    last = max(campaigns)
-    return [row for row, at in zip(rows, campaigns, strict=True) if at == last]
+    before = max(campaigns) - NEWEST
+    return [row for row, at in zip(rows, campaigns, strict=True) if at > before]
 
 
 def _headline(summary: dict[str, Any], newest: dict[str, Any]) -> dict[str, Any]:
@@ -164,7 +168,14 @@ def _headline(summary: dict[str, Any], newest: dict[str, Any]) -> dict[str, Any]
         ["two seconds ahead: explained twin no worse than calibrated",
          *_counted(summary["all"][key]), *_counted(newest["all"][key]), "always"]
     )  # fmt: skip
-    columns = ["What was asked", "Right", "Share", "Newest campaign", "Share of these", "Aim"]
+    columns = [
+        "What was asked",
+        "Right",
+        "Share",
+        f"Last {NEWEST} campaigns",
+        "Share of these",
+        "Aim",
+    ]
     return {"columns": columns, "rows": rows}
 
 

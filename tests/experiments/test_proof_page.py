@@ -113,14 +113,14 @@ def test_the_page_tells_rates_misses_and_commands(campaign, tmp_path):
         assert (tmp_path / "docs" / "proof" / f"{name}.png").stat().st_size > 2000
 
 
-def test_the_newest_campaign_stands_beside_all_of_them():
+def test_the_newest_campaigns_stand_beside_all_of_them():
     def row(case, right):
         found = [FRICTION] if right else [CUBIC]
         one = result("single", [FRICTION], found, 0.9, "missing_physics")
         return {"case": case, "truth": one["truth"], "diagnosis": one["diagnosis"],
                 "score": score(one["truth"], one["diagnosis"], one["reference"])}  # fmt: skip
 
-    rows = [row("1/case_0001", False), row("2/case_0001", True), row("2/case_0002", True)]
+    rows = [row("1/case_0001", False), row("2/case_0001", True), row("4/case_0002", True)]
     every = summarise({r["case"]: r for r in rows})
     newest = summarise({r["case"]: r for r in proof_page._newest(rows)})
     headline = proof_page._headline(every, newest)
