@@ -16,7 +16,7 @@ COLUMNS = ("Stated", "Mean stated", "Sealed cases", "Weak effects", "Together", 
 
 LIMITS, WEAK = "detection_limits.json", "weak_effects.json"
 """Results whose cases are weak by design; the last run of the second counts beside the newest
-campaign."""
+campaigns."""
 
 
 def table(
@@ -30,7 +30,7 @@ def table(
     Args:
         rows: the sealed cases.
         results: folder of the weak ones.
-        newest: the sealed cases of the newest campaign.
+        newest: the sealed cases of the newest campaigns.
     """
     sealed, last = (first_stated(row["score"] for row in some) for some in (rows, newest))
     _, limits = weak_cases(results / LIMITS)

@@ -70,8 +70,8 @@ def promoted(bench: Bench, current: Fit, needed: float = 0.0) -> Fit | None:
     Args:
         bench: model and trials.
         current: the fit of what was found.
-        needed: by which the BIC must be worse without that parameter: beside friction, whose model
-            is the least exact, one is bent a little for nothing.
+        needed: by which the BIC must be worse without that parameter: no model of what was found is
+            exact, and beside it one is bent a little for nothing.
 
     Returns:
         None where none is far off, where its prior does not ask for it, or where less is lost.
