@@ -20,10 +20,11 @@ def said(right, ahead=1.0, not_worse=True, found="mass floor1"):
 
 @pytest.fixture
 def source(tmp_path):
-    """Three campaigns, the last with a case that foresaw worse."""
+    """Three campaigns, two of them with a case that foresaw worse."""
     pieces = [{"command": f"twin concealed --cases 4 --seed {seed}"} for seed in (31, 32, 33)]
     names = {
         "1/case_0001": said(True), "1/case_0002": said(False), "2/none_0003": said(True),
+        "2/case_0005": said(True, 1.1, False),
         "3/pairs_0004": said(False), "3/case_0010": said(True, 1.2, False),
     }  # fmt: skip
     truth = {"table": "single", "effects": []}
@@ -38,9 +39,9 @@ def source(tmp_path):
 
 def test_what_foresaw_worse_comes_first_and_then_the_newest_misses(source):
     tasks = again.tasks(source)
-    assert [t.name for t in tasks] == ["3/case_0010", "3/pairs_0004", "1/case_0002"]
-    assert [t.seed for t in tasks] == [33, 33, 31]
-    assert [t.number for t in tasks] == [10, 4, 2]
+    assert [t.name for t in tasks] == ["3/case_0010", "2/case_0005", "3/pairs_0004", "1/case_0002"]
+    assert [t.seed for t in tasks] == [33, 32, 33, 31]
+    assert [t.number for t in tasks] == [10, 5, 4, 2]
 
 
 @pytest.fixture
