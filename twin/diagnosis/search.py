@@ -100,12 +100,14 @@ def search(
     begun = tuple(many or [_foreseeing(bench, lawful)])
     path = _Path(bench, nothing, nothing, begun)
     ended = _followed(path, heights, most, tell)
-    if not many and is_poor(ended.bench, nothing, ended.current):
-        for other in other_beginnings(bench, nothing, ended.stages[0]):
-            tell("looking again from another first mechanism")
-            again = _followed(replace(path, stages=(other,)), heights, most, tell)
-            if _comparable(bench, again.current).bic < _comparable(bench, ended.current).bic:
-                ended = again
+    others = other_beginnings(bench, nothing, ended.stages[0])
+    while not many and is_poor(ended.bench, nothing, ended.current):
+        if (other := next(others, None)) is None:
+            break
+        tell("looking again from another first mechanism")
+        again = _followed(replace(path, stages=(other,)), heights, most, tell)
+        if _comparable(bench, again.current).bic < _comparable(bench, ended.current).bic:
+            ended = again
     tell("looking at what is needed still")
     best, stages, lost = pruned(ended.bench, ended.current, ended.stages, nothing.slack)
     best, unnamed = unnamed_law(ended.bench, nothing, best, stages, heights, tell, follower)
