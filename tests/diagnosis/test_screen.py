@@ -108,7 +108,8 @@ def test_broad_noise_is_not_foreseen_a_sinusoid_is():
         bench = Bench(TWO, (trial,), between="linear")
         nothing = refined(bench, [base_hypothesis(TWO)], 3e-3, rounds=2)
         best = refined(bench, [nothing.hypothesis.including(mechanism)], 3e-3, rounds=2)
-        hypothesis, slack = foreseeing(bench, best, nothing)
+        estimator = foreseeing(bench, best, nothing)
+        hypothesis, slack = estimator.hypothesis, estimator.slack
         assert bool(hypothesis.found) == foreseen
         chosen = replace(best, hypothesis=hypothesis, slack=slack, starts=())
         assert foresees_off(bench, chosen) <= foresees_off(bench, replace(best, starts=()))

@@ -127,6 +127,37 @@ def test_without_any_law_to_put_in_its_place_a_broad_force_stays(monkeypatch):
     assert searching._lawful(None, rival(STOP, 0.0), alone) is alone
 
 
+@pytest.mark.parametrize(
+    ("explains", "chosen", "tried"),
+    [
+        ({"first"}, "first", []),
+        ({"other"}, "other", ["other"]),
+        (set(), "third", ["other", "third"]),
+    ],
+)
+def test_another_beginning_is_tried_only_as_long_as_nothing_explains(
+    monkeypatch, explains, chosen, tried
+):
+    bics = {"first": 3.0, "other": 2.0, "third": 1.0}
+    ends = {name: SimpleNamespace(name=name, bic=bic) for name, bic in bics.items()}
+    began = []
+
+    def followed(path, *_):
+        (name,) = path.stages
+        began.append(name)
+        return searching._Path(None, None, ends[name], (name,))
+
+    monkeypatch.setattr(searching, "_followed", followed)
+    monkeypatch.setattr(searching, "is_poor", lambda _, __, fit: fit.name not in explains)
+    monkeypatch.setattr(searching, "other_beginnings", lambda *_: iter(["other", "third"]))
+    monkeypatch.setattr(searching, "_comparable", lambda _, fit: fit)
+    path = searching._Path(None, None, None, ("first",))
+    first = searching._Path(None, None, ends["first"], ("first",))
+    ended = searching._explaining(path, first, {}, 5, lambda message: None)
+    assert ended.current.name == chosen
+    assert began == tried
+
+
 @pytest.fixture(scope="module")
 def softened():
     """A bench on which one storey is softer, and the fit that says so."""

@@ -100,14 +100,8 @@ def search(
     begun = tuple(many or [_foreseeing(bench, lawful)])
     path = _Path(bench, nothing, nothing, begun)
     ended = _followed(path, heights, most, tell)
-    others = other_beginnings(bench, nothing, ended.stages[0])
-    while not many and is_poor(ended.bench, nothing, ended.current):
-        if (other := next(others, None)) is None:
-            break
-        tell("looking again from another first mechanism")
-        again = _followed(replace(path, stages=(other,)), heights, most, tell)
-        if _comparable(bench, again.current).bic < _comparable(bench, ended.current).bic:
-            ended = again
+    if not many:
+        ended = _explaining(path, ended, heights, most, tell)
     tell("looking at what is needed still")
     best, stages, lost = pruned(ended.bench, ended.current, ended.stages, nothing.slack)
     best, unnamed = unnamed_law(ended.bench, nothing, best, stages, heights, tell, follower)
@@ -164,6 +158,28 @@ def _followed(
         else:
             break
     return _Path(bench, nothing, current, tuple(stages))
+
+
+def _explaining(
+    path: _Path,
+    ended: _Path,
+    heights: Mapping[str, float],
+    most: int,
+    tell: Callable[[str], None],
+) -> _Path:
+    """Return where the search ended, or where it ends when it begins with something else.
+
+    Another beginning is tried only as long as what there is explains poorly.
+    """
+    others = other_beginnings(path.bench, path.nothing, ended.stages[0])
+    while is_poor(ended.bench, path.nothing, ended.current):
+        if (other := next(others, None)) is None:
+            break
+        tell("looking again from another first mechanism")
+        again = _followed(replace(path, stages=(other,)), heights, most, tell)
+        if _comparable(path.bench, again.current).bic < _comparable(path.bench, ended.current).bic:
+            ended = again
+    return ended
 
 
 def _many(

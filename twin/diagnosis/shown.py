@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis.bench import Bench
-from twin.diagnosis.estimator import foreseeing, without_disturbances
+from twin.diagnosis.estimator import Estimator, foreseeing, without_disturbances
 from twin.diagnosis.fitting import Fit
-from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.plant import laws_of
 from twin.diagnosis.predict import ahead, from_rest, noise_floors, nrmse
 from twin.diagnosis.prepare import Prepared
@@ -23,6 +22,11 @@ Array = NDArray[np.float64]
 
 FORESEEN = (
     "what was found does not help to foresee two seconds ahead: that is left to the calibrated twin"
+)
+
+TOO_STRONG = (
+    "{}: so much stronger than any recording that the law was fitted to that its forecast two "
+    "seconds ahead is left to the calibrated twin"
 )
 
 
@@ -37,26 +41,29 @@ class Shown:
         }
         bare = replace(found.nothing.hypothesis, base=(), tolerance=())
         estimator = foreseeing(found.bench, found.best, calibrated)
-        self.hypotheses: dict[str, tuple[Hypothesis, float]] = {
-            "nominal": (bare, found.nothing.slack),
-            "calibrated": (calibrated.hypothesis, calibrated.slack),
+        self.estimators = {
+            "nominal": Estimator(bare, found.nothing.slack),
+            "calibrated": Estimator(calibrated.hypothesis, calibrated.slack),
             "explained": estimator,
         }
         self.explained = found.best.hypothesis
         if not without_disturbances(self.explained).found:
-            self.explained = replace(self.explained, base=estimator[0].base)
+            self.explained = replace(self.explained, base=estimator.hypothesis.base)
         self.approximate = any(law.approximate for law in laws_of(found.best.hypothesis.found))
         self.in_mujoco: dict[str, float] = {}
-        shown = {name: h for name, (h, _) in self.hypotheses.items()} | {
+        shown = {name: e.hypothesis for name, e in self.estimators.items()} | {
             "explained": self.explained
         }
         self.twins = {name: twin_with(ready.twin, h.mechanisms) for name, h in shown.items()}
 
     def notes(self) -> tuple[str, ...]:
         """Say what else the errors are of than of the explained twin in MuJoCo."""
-        same = self.hypotheses["explained"] == self.hypotheses["calibrated"]
+        same = self.estimators["explained"] == self.estimators["calibrated"]
         other = self.calibrated.hypothesis != self.found.best.hypothesis
-        said = (FORESEEN,) if same and other else ()
+        said: tuple[str, ...] = (FORESEEN,) if same and other else ()
+        trials = [trial for bench in self.benches.values() for trial in bench.trials]
+        if beyond := [t.name for t in trials if not self.estimators["explained"].covers(t)]:
+            said += (TOO_STRONG.format(", ".join(beyond)),)
         if not self.approximate:
             return said
         reached = ", ".join(f"{v:.3g} ({role})" for role, v in self.in_mujoco.items())
@@ -73,13 +80,13 @@ class Shown:
         traces: list[Trace] = []
         for role, bench in self.benches.items():
             runs = {n: free_runs(self.twins[n], bench) for n in ("nominal", "explained")}
-            same = self.hypotheses["calibrated"][0] == self.explained
+            same = self.estimators["calibrated"].hypothesis == self.explained
             calibrated = runs["explained"] if same else free_runs(self.twins["calibrated"], bench)
             runs["calibrated"] = list(calibrated)
             if self.approximate:
                 self.in_mujoco[role] = _finite(nrmse(bench.trials, runs["explained"]))
                 runs["explained"] = from_rest(bench, self.explained, self.found.best.slack)
-            windows = {n: ahead(bench, h, s) for n, (h, s) in self.hypotheses.items()}
+            windows = self._windows(bench)
             floors = noise_floors(bench, self.explained, self.found.best.slack, seed=self.seed)
             free[role] = _errors(bench, runs, floors[0])
             near[role] = _errors(bench, windows, floors[1])
@@ -100,6 +107,17 @@ class Shown:
                     )
                 )
         return Fits(free["train"], free["test"]), Fits(near["train"], near["test"]), tuple(traces)
+
+    def _windows(self, bench: Bench) -> dict[str, list[Array]]:
+        """Return the outputs two seconds ahead.
+
+        Where the explained twin's estimator does not cover a recording, the calibrated one's.
+        """
+        out = {n: ahead(bench, e.hypothesis, e.slack) for n, e in self.estimators.items()}
+        covered = [self.estimators["explained"].covers(trial) for trial in bench.trials]
+        pairs = zip(covered, out["explained"], out["calibrated"], strict=True)
+        out["explained"] = [own if covers else left for covers, own, left in pairs]
+        return out
 
 
 def _errors(bench: Bench, outputs: Mapping[str, Sequence[Array]], floor: float) -> Errors:
