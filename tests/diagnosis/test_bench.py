@@ -8,7 +8,7 @@ from diagnosis_support import TWO, exact_trial
 
 from twin import physics
 from twin.diagnosis import bench as benches
-from twin.diagnosis.bench import Bench
+from twin.diagnosis.bench import Bench, steps_for
 from twin.diagnosis.fitting import gains_of
 from twin.diagnosis.hypothesis import Hypothesis
 
@@ -61,3 +61,28 @@ def test_no_more_plants_are_kept_than_may_be(monkeypatch, bench):
         (row, _) = fresh._plants([stiffer])
         assert row[0].plant.model.K[0, 0] == pytest.approx(TWO.K[0, 0] + change)
         assert len(fresh._sampled) <= 6
+
+
+LAWS = {
+    # law -> steps a sample that suffice beside any base, error allowed (over the outputs' RMS)
+    "cubic_stiffness": (ALL["cubic_stiffness"]("storey1", 2e5), 5, 1e-4),
+    "hysteresis": (ALL["hysteresis"]("storey1", 100.0, 0.2), 13, 1e-4),
+    "coulomb_friction": (ALL["coulomb_friction"]("storey2", 0.05), 13, 5e-3),
+}
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_a_base_far_too_stiff_to_be_seen_asks_for_no_shorter_steps(name, monkeypatch):
+    law, enough, allowed = LAWS[name]
+    stiffness = 1e5 * TWO.K[1, 1]
+    stiff = ALL["base_compliance"]("ground", stiffness, 0.04 * stiffness**0.5, 1.0, 1.0)
+    hypothesis = Hypothesis((), (), (law, stiff))
+    bench = Bench(TWO, (exact_trial((law,), seed=1),), "linear")
+    plant = bench.plant(bench.trials[0], hypothesis.mechanisms)
+    assert steps_for((law,), plant) == enough
+    gains = gains_of(bench, hypothesis, 1e-2)
+    (found,) = bench.innovations([hypothesis], gains)
+    monkeypatch.setattr(benches, "steps_for", lambda *_: 500)
+    (finer,) = bench.innovations([hypothesis], gains)
+    scale = np.sqrt(np.mean(bench.trials[0].y ** 2))
+    assert np.sqrt(np.mean((found - finer) ** 2)) < allowed * scale

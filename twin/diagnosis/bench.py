@@ -35,8 +35,12 @@ SLACKS = (1e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3)
 STEPS, ABRUPT_STEPS = 2, 4
 """Integration steps a sample for laws that are smooth, and for those with corners."""
 
-PER_PERIOD = 50
-"""Integration steps in a period of the fastest mode, at least."""
+PER_PERIOD, ABRUPT_PER_PERIOD = 20, 50
+"""The same in a period of the fastest mode."""
+
+FAST = 0.25
+"""Periods a sample beyond which a mode asks for no shorter steps: it is far stiffer than what the
+laws do to it, its own motion is exact at any length, and what little it does is filtered out."""
 
 KEPT = 200
 """Sampled plants that are kept: gains and innovations of a hypothesis ask for the same ones."""
@@ -254,10 +258,12 @@ class Bench:
 def steps_for(laws: Sequence[Law], plant: Sampled) -> int:
     """Return the integration steps a sample that these laws need beside a plant of one step.
 
-    Forces are straight lines within a step, so it must be short against the fastest oscillation.
+    Forces are straight lines within a step, so it must be short against the fastest oscillation
+    that recordings show.
     """
     model = plant.plant.model
     squares = np.linalg.eigvals(np.linalg.solve(model.M, model.K)).real
     fastest = float(np.sqrt(max(np.max(squares), 0.0))) * plant.step_s / (2 * np.pi)
-    least = ABRUPT_STEPS if any(law.abrupt for law in laws) else STEPS
-    return max(least, math.ceil(PER_PERIOD * fastest)) if laws else 1
+    abrupt = any(law.abrupt for law in laws)
+    least, per_period = (ABRUPT_STEPS, ABRUPT_PER_PERIOD) if abrupt else (STEPS, PER_PERIOD)
+    return max(least, math.ceil(per_period * min(fastest, FAST))) if laws else 1
