@@ -86,3 +86,24 @@ def test_a_base_far_too_stiff_to_be_seen_asks_for_no_shorter_steps(name, monkeyp
     (finer,) = bench.innovations([hypothesis], gains)
     scale = np.sqrt(np.mean(bench.trials[0].y ** 2))
     assert np.sqrt(np.mean((found - finer) ** 2)) < allowed * scale
+
+
+def test_trials_side_by_side_give_what_they_give_one_after_the_other(monkeypatch):
+    law = ALL["coulomb_friction"]("storey2", 0.05)
+    trials = tuple(exact_trial((law,), seed=seed) for seed in (1, 2, 3))
+    bench, hypothesis = Bench(TWO, trials), Hypothesis((), (), (law,))
+    gains = gains_of(bench, hypothesis, 1e-2)
+    found = []
+    for threads in (1, 3):
+        monkeypatch.setattr(benches, "_threads", lambda most, threads=threads: threads)
+        found.append(bench.stepped([hypothesis], gains, None))
+    for one, other in zip(*found, strict=True):
+        for alone, together in zip(one, other, strict=True):
+            np.testing.assert_array_equal(alone, together)
+
+
+@pytest.mark.parametrize(("parent", "threads"), [(None, 3), ("a pool", 1)])
+def test_a_worker_leaves_the_other_cores_to_the_others(monkeypatch, parent, threads):
+    monkeypatch.setattr(benches.multiprocessing, "parent_process", lambda: parent)
+    monkeypatch.setattr(benches.os, "cpu_count", lambda: 8)
+    assert benches._threads(3) == threads

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+import multiprocessing
+import os
 from collections.abc import Hashable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
@@ -246,13 +249,25 @@ class Bench:
                 held=self.held,
             )
 
-        return [one(number) for number in range(len(self.trials))]
+        every = range(len(self.trials))
+        threads = _threads(len(every))
+        if threads < 2:
+            return [one(number) for number in every]
+        with ThreadPoolExecutor(threads) as pool:
+            return list(pool.map(one, every))
 
     def start_effects(self, hypothesis: Hypothesis, gains: Sequence[Gain]) -> list[Array]:
         """Return the innovations of unit initial states, one (n, samples, m) a trial."""
         plants = [row[0] for row in self._plants([hypothesis])]
         trials = zip(self.trials, plants, gains, strict=True)
         return [effect_of_start(plant, its, trial.samples) for trial, plant, its in trials]
+
+
+def _threads(most: int) -> int:
+    """Return how many trials are stepped at once: one in a worker, the other cores have theirs."""
+    if multiprocessing.parent_process() is not None:
+        return 1
+    return min(most, os.cpu_count() or 1)
 
 
 def steps_for(laws: Sequence[Law], plant: Sampled) -> int:
