@@ -52,8 +52,9 @@ ABOUT = {
     "three_storeys": ("one effect in three storeys", "mechanism and place first"),
     "five_storeys": ("one effect in five storeys", "mechanism and place first"),
 }
+AGAIN = "misses_again"
 SECTIONS = {
-    "misses_again": "The misses again",
+    AGAIN: "The misses again",
     "detection_limits": "Detection limits",
     "p_delta": "Gravity on a flexible frame",
     "controlled": "A controlled run that falls short",
@@ -92,6 +93,7 @@ def write_page(results: Path, docs: Path) -> Path:
     text = environment.get_template(TEMPLATE).render(
         **_facts(document, rows, summary),
         curve=curve,
+        again=SECTIONS[AGAIN] if (results / f"{AGAIN}.json").exists() else "",
         sections=_sections(results, pictures),
     )
     text = re.sub(r"\n{3,}", "\n\n", text).rstrip() + "\n"
