@@ -168,11 +168,11 @@ def misses_again(given: Mapping[str, Any]) -> Section:
         [
             case["case"],
             " and ".join(f"{e['mechanism']} {e['location']}" for e in case["truth"]["effects"]),
-            *(f"{case[when]['found']}{'' if case[when]['right'] else ' (wrong)'}"
+            *(f"{case[when]['found']}{'' if case[when]['right'] else ' (missed)'}"
               for when in ("before", "now")),
             *(_ratio(case[when]) for when in ("before", "now")),
         ]
-        for case in told
+        for case in sorted(told, key=lambda case: _in_order(case["case"]))
     ]  # fmt: skip
     text = (
         "The cases of the sealed campaigns that were missed, and those in which the explained twin "
@@ -187,6 +187,11 @@ def misses_again(given: Mapping[str, Any]) -> Section:
                "Two seconds ahead, over calibrated, then", "Now"]  # fmt: skip
     return {"text": text, "command": "python experiments/misses_again.py FOLDER",
             "tables": [{"title": "", "columns": columns, "rows": rows}]}  # fmt: skip
+
+
+def _in_order(name: str) -> tuple[int, str]:
+    campaign, _, case = name.partition("/")
+    return int(campaign), case
 
 
 def _ratio(said: Mapping[str, Any]) -> str:

@@ -84,8 +84,8 @@ def test_the_page_counts_what_is_mended():
     given = {
         "made_with": {"commit": "abc"},
         "cases": [
-            case("1/case_0001", said(False), said(True, found="bumper storey1")),
             case("1/case_0002", said(False), said(False)),
+            case("1/case_0001", said(False), said(True, found="bumper storey1")),
             case("1/case_0003", said(True, 1.2, False), said(True)),
             case("1/case_0004", said(False), None),
         ],
@@ -95,6 +95,6 @@ def test_the_page_counts_what_is_mended():
     assert "Of 2 that were missed 1 are answered rightly" in section["text"]
     assert "of 1 that foresaw worse 1 no longer do" in section["text"]
     rows = section["tables"][0]["rows"]
-    assert rows[0] == ["1/case_0001", "bumper storey1", "mass floor1 (wrong)", "bumper storey1",
+    assert rows[0] == ["1/case_0001", "bumper storey1", "mass floor1 (missed)", "bumper storey1",
                        "1", "1"]  # fmt: skip
     assert [r[-2] for r in rows] == ["1", "1", "1.2"]
