@@ -111,6 +111,19 @@ def test_noise_that_was_told_too_small_is_put_right():
     assert after.log_likelihood > before.log_likelihood + 15
 
 
+def test_noise_read_too_high_in_one_output_is_scaled_there_alone():
+    # steps of a motor's torque look like noise on the floor that it hangs from
+    sound = exact_trial(noise=0.02)
+    shaken = replace(sound, u=sound.u + 0.05 * rng(3).standard_normal(sound.u.shape))
+    told = replace(shaken, input_noise=np.full(2, 0.05), output_noise=np.array([0.02, 0.2]))
+    bench = bench_of(told)
+    before = refined(bench, [base_hypothesis(TWO)], 1e-5, rounds=1)
+    chosen, after = with_noise(bench, before)
+    np.testing.assert_allclose(chosen.trials[0].output_noise, 0.02)
+    np.testing.assert_allclose(chosen.trials[0].input_noise, 0.05)
+    assert after.log_likelihood > before.log_likelihood + 15
+
+
 def scene_of(bench, slack=1e-4):
     fitted = refined(bench, [base_hypothesis(TWO, 1e-3, 1e-2)], slack, rounds=2)
     moved, known, plain = motion_of(bench, fitted)

@@ -5,12 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from twin.diagnosis.bench import SLACKS, Bench, Between
 from twin.diagnosis.fitting import Fit, fit, gains_of, log_likelihood
 from twin.diagnosis.predict import from_rest, nrmse
 from twin.diagnosis.refining import refined, with_slack
 from twin.diagnosis.trials import Trial
+
+Array = NDArray[np.float64]
 
 CLEAR = 15.0
 """Gain in log likelihood that a change here must bring."""
@@ -52,13 +55,15 @@ def with_noise(bench: Bench, current: Fit) -> tuple[Bench, Fit]:
     """Scale the noise levels of inputs and outputs to what the filter's likelihood likes best.
 
     They were read off the channels' own roughness, which is signal where a test excites high
-    frequencies.
+    frequencies: of all inputs, of all outputs, or of one output (which a motor's steps shake).
     """
     best, chosen = current, bench
-    for role in ("input_noise", "output_noise"):
+    outputs = len(bench.trials[0].outputs)
+    each = [("output_noise", np.arange(outputs) == i) for i in range(outputs if outputs > 1 else 0)]
+    for role, which in (("input_noise", True), ("output_noise", True), *each):
         base = chosen
         for factor in NOISE_FACTORS:
-            trials = tuple(_scaled(t, role, factor) for t in base.trials)
+            trials = tuple(_scaled(t, role, np.where(which, factor, 1.0)) for t in base.trials)
             other = replace(base, trials=trials)
             try:
                 gains = gains_of(other, best.hypothesis, best.slack)
@@ -75,7 +80,7 @@ def with_noise(bench: Bench, current: Fit) -> tuple[Bench, Fit]:
     return chosen, best
 
 
-def _scaled(trial: Trial, role: str, factor: float) -> Trial:
+def _scaled(trial: Trial, role: str, factor: Array) -> Trial:
     if role == "input_noise":
         return replace(trial, input_noise=factor * trial.input_noise)
     return replace(trial, output_noise=factor * trial.output_noise)
