@@ -113,6 +113,24 @@ def test_the_page_tells_rates_misses_and_commands(campaign, tmp_path):
         assert (tmp_path / "docs" / "proof" / f"{name}.png").stat().st_size > 2000
 
 
+def test_the_page_points_from_what_foresaw_worse_to_what_is_said_of_it_now(campaign, tmp_path):
+    results = tmp_path / "results"
+    results.mkdir()
+    document = condense_campaign.condensed([campaign])
+    one = document["rows"][0]["score"]
+    one["ahead_not_worse"], one["explained_over_calibrated_ahead"] = False, 1.25
+    (results / "concealed.json").write_text(condense_campaign.as_text(document))
+    pointer = 'What the present version says of them: "The misses again" below.'
+    page = proof_page.write_page(results, tmp_path / "docs").read_text()
+    assert "in these cases" in page
+    assert "| 1.25 |" in page
+    assert pointer not in page
+    again = {"made_with": {"commit": "abc"}, "cases": []}
+    (results / "misses_again.json").write_text(json.dumps(again))
+    page = proof_page.write_page(results, tmp_path / "docs").read_text()
+    assert page.index(pointer) < page.index("\n## The misses again")
+
+
 def test_the_newest_campaigns_stand_beside_all_of_them():
     def row(case, right):
         found = [FRICTION] if right else [CUBIC]
