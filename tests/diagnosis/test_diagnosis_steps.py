@@ -124,6 +124,16 @@ def test_noise_read_too_high_in_one_output_is_scaled_there_alone():
     assert after.log_likelihood > before.log_likelihood + 15
 
 
+def test_one_output_s_noise_is_not_put_right_for_what_the_model_lacks():
+    sound = exact_trial(noise=0.02)
+    told = replace(sound, input_noise=np.full(2, 1e-3), output_noise=np.full(2, 0.02))
+    late = replace(told, y=np.column_stack([np.roll(told.y[:, 0], 1), told.y[:, 1]]))
+    bench = bench_of(late)
+    fitted = refined(bench, [base_hypothesis(TWO)], 1e-2, rounds=2)
+    noise = with_noise(bench, fitted)[0].trials[0].output_noise
+    assert noise[0] == pytest.approx(noise[1])
+
+
 def scene_of(bench, slack=1e-4):
     fitted = refined(bench, [base_hypothesis(TWO, 1e-3, 1e-2)], slack, rounds=2)
     moved, known, plain = motion_of(bench, fitted)

@@ -29,6 +29,9 @@ RUNS_BETTER = 0.9
 
 NOISE_FACTORS = (1e-3, 1e-2, 0.1, 0.3, 3.0)
 
+TOO_HIGH = 0.5
+"""One-step errors of less than this share of an output's noise say that the noise is less."""
+
 BETWEEN: tuple[Between, ...] = ("band_limited", "linear", "held")
 
 
@@ -58,12 +61,15 @@ def with_noise(bench: Bench, current: Fit) -> tuple[Bench, Fit]:
     frequencies: of all inputs, of all outputs, or of one output (which a motor's steps shake).
     """
     best, chosen = current, bench
-    outputs = len(bench.trials[0].outputs)
-    each = [("output_noise", np.arange(outputs) == i) for i in range(outputs if outputs > 1 else 0)]
-    for role, which in (("input_noise", True), ("output_noise", True), *each):
+    alone: list[Array] = list(np.eye(len(bench.trials[0].outputs)))
+    steps: list[tuple[str, Array | None]] = [("input_noise", None), ("output_noise", None)]
+    for role, one in [*steps, *(("output_noise", one) for one in alone)]:
         base = chosen
+        if one is not None and not _read_too_high(base, best, one > 0):
+            continue
         for factor in NOISE_FACTORS:
-            trials = tuple(_scaled(t, role, np.where(which, factor, 1.0)) for t in base.trials)
+            scale = np.array(factor) if one is None else np.where(one > 0, factor, 1.0)
+            trials = tuple(_scaled(t, role, scale) for t in base.trials)
             other = replace(base, trials=trials)
             try:
                 gains = gains_of(other, best.hypothesis, best.slack)
@@ -78,6 +84,14 @@ def with_noise(bench: Bench, current: Fit) -> tuple[Bench, Fit]:
     if chosen is not bench:
         best = refined(chosen, [best.hypothesis], best.slack, best.starts)
     return chosen, best
+
+
+def _read_too_high(bench: Bench, current: Fit, which: NDArray[np.bool_]) -> bool:
+    """Return whether one-step errors are far below the noise told of an output: none can be."""
+    return all(
+        bool(np.all(np.std(e[:, which], axis=0) < TOO_HIGH * trial.output_noise[which]))
+        for trial, e in zip(bench.trials, current.innovations, strict=True)
+    )
 
 
 def _scaled(trial: Trial, role: str, factor: Array) -> Trial:
