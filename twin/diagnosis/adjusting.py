@@ -5,15 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from twin.diagnosis.bench import SLACKS, Bench, Between
 from twin.diagnosis.fitting import Fit, fit, gains_of, log_likelihood
 from twin.diagnosis.predict import from_rest, nrmse
 from twin.diagnosis.refining import refined, with_slack
 from twin.diagnosis.trials import Trial
-
-Array = NDArray[np.float64]
 
 CLEAR = 15.0
 """Gain in log likelihood that a change here must bring."""
@@ -28,6 +25,8 @@ RUNS_BETTER = 0.9
 """A fit of the free run must take its error down to this share of what it was."""
 
 NOISE_FACTORS = (1e-3, 1e-2, 0.1, 0.3, 3.0)
+
+EVERY = slice(None)
 
 TOO_HIGH = 0.5
 """One-step errors of less than this share of an output's noise say that the noise is less."""
@@ -61,15 +60,14 @@ def with_noise(bench: Bench, current: Fit) -> tuple[Bench, Fit]:
     frequencies: of all inputs, of all outputs, or of one output (which a motor's steps shake).
     """
     best, chosen = current, bench
-    alone: list[Array] = list(np.eye(len(bench.trials[0].outputs)))
-    steps: list[tuple[str, Array | None]] = [("input_noise", None), ("output_noise", None)]
-    for role, one in [*steps, *(("output_noise", one) for one in alone)]:
+    steps: list[tuple[str, int | slice]] = [("input_noise", EVERY), ("output_noise", EVERY)]
+    steps += [("output_noise", output) for output in range(len(bench.trials[0].outputs))]
+    for role, which in steps:
         base = chosen
-        if one is not None and not _read_too_high(base, best, one > 0):
+        if isinstance(which, int) and not _read_too_high(base, best, which):
             continue
         for factor in NOISE_FACTORS:
-            scale = np.array(factor) if one is None else np.where(one > 0, factor, 1.0)
-            trials = tuple(_scaled(t, role, scale) for t in base.trials)
+            trials = tuple(_scaled(t, role, which, factor) for t in base.trials)
             other = replace(base, trials=trials)
             try:
                 gains = gains_of(other, best.hypothesis, best.slack)
@@ -86,18 +84,18 @@ def with_noise(bench: Bench, current: Fit) -> tuple[Bench, Fit]:
     return chosen, best
 
 
-def _read_too_high(bench: Bench, current: Fit, which: NDArray[np.bool_]) -> bool:
+def _read_too_high(bench: Bench, current: Fit, output: int) -> bool:
     """Return whether one-step errors are far below the noise told of an output: none can be."""
     return all(
-        bool(np.all(np.std(e[:, which], axis=0) < TOO_HIGH * trial.output_noise[which]))
+        np.std(e[:, output]) < TOO_HIGH * trial.output_noise[output]
         for trial, e in zip(bench.trials, current.innovations, strict=True)
     )
 
 
-def _scaled(trial: Trial, role: str, factor: Array) -> Trial:
-    if role == "input_noise":
-        return replace(trial, input_noise=factor * trial.input_noise)
-    return replace(trial, output_noise=factor * trial.output_noise)
+def _scaled(trial: Trial, role: str, which: int | slice, factor: float) -> Trial:
+    levels = getattr(trial, role).copy()
+    levels[which] *= factor
+    return replace(trial, **{role: levels})
 
 
 def by_free_run(bench: Bench, current: Fit) -> tuple[Bench, Fit]:

@@ -73,8 +73,10 @@ def foreseeing(bench: Bench, best: Fit, calibrated: Fit) -> Estimator:
     other = _missed(bench, plain, calibrated.slack)
     enough, nowhere = (CLEARLY, NOWHERE) if sound else (UNSOUND, UNSOUND_NOWHERE)
     if np.sum(least) < enough**2 * np.sum(other) and np.all(least < nowhere**2 * other):
+        if sound:
+            return Estimator(hypothesis, slack)
         strongest = FARTHER * np.max([_rms(trial) for trial in bench.trials], axis=0)
-        return Estimator(hypothesis, slack, None if sound else tuple(strongest))
+        return Estimator(hypothesis, slack, tuple(strongest))
     return Estimator(plain, calibrated.slack)
 
 
