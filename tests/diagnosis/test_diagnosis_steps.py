@@ -126,9 +126,10 @@ def test_noise_read_too_high_in_one_output_is_scaled_there_alone():
 
 def test_one_output_s_noise_is_not_put_right_for_what_the_model_lacks():
     sound = exact_trial(noise=0.02)
-    told = replace(sound, input_noise=np.full(2, 1e-3), output_noise=np.full(2, 0.02))
-    late = replace(told, y=np.column_stack([np.roll(told.y[:, 0], 1), told.y[:, 1]]))
-    bench = bench_of(late)
+    u = sound.u + 0.05 * rng(3).standard_normal(sound.u.shape)
+    late = np.column_stack([sound.y[:, 0], np.roll(sound.y[:, 1], 1)])
+    told = {"input_noise": np.full(2, 0.05), "output_noise": np.full(2, 0.02)}
+    bench = bench_of(replace(sound, u=u, y=late, **told))
     fitted = refined(bench, [base_hypothesis(TWO)], 1e-2, rounds=2)
     noise = with_noise(bench, fitted)[0].trials[0].output_noise
     assert noise[0] == pytest.approx(noise[1])
