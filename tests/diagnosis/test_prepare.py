@@ -1,11 +1,14 @@
 """Recordings that cannot be used are refused in one clear line; what is done to others is said."""
 
+import re
+
 import numpy as np
 import pytest
 from diagnosis_support import RATE, lumped, recorded, rng, tones
 
 from twin.diagnosis.prepare import prepare
-from twin.errors import RecordingError
+from twin.errors import ModelError, RecordingError
+from twin.model import Twin
 from twin.physics.scales import range_ends
 from twin.recording import Recording
 
@@ -77,6 +80,12 @@ def test_too_few_periods_of_the_slowest_mode_are_refused():
     said = refused([plain(1, rate=1024.0)], [plain(2, rate=1024.0)])
     assert "1 s are too little" in said
     assert "1.95 Hz" in said
+
+
+def test_a_model_without_a_spring_is_refused_by_what_lacks_it():
+    limp = Twin(re.sub(r' stiffness="[^"]*"', "", lumped().mjcf), "limp.xml")
+    with pytest.raises(ModelError, match=r"limp\.xml: no spring holds floor1 or floor2: nothing"):
+        prepare(limp, [plain(1)], [plain(2)])
 
 
 def test_the_test_recordings_may_be_short():

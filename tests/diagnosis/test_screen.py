@@ -46,6 +46,18 @@ def test_a_base_is_tried_at_what_resonates(on_a_base):
     assert resonance == pytest.approx(8.0)
 
 
+def test_recordings_of_any_length_are_screened_together():
+    trials = tuple(
+        exact_trial((BASE,), noise=2e-3, samples=samples, seed=seed)
+        for seed, samples in enumerate((1536, 2560))
+    )
+    bench = Bench(TWO, trials, between="linear", ground_mass=3.0)
+    nothing = fit(bench, base_hypothesis(TWO), 3e-3)
+    peaks = Scene(bench, nothing, (), HEIGHTS).peaks()
+    alone = Scene(Bench(TWO, trials[:1], between="linear", ground_mass=3.0), nothing, (), HEIGHTS)
+    assert peaks[0] == pytest.approx(alone.peaks()[0], abs=RATE / 1536)
+
+
 def test_a_base_is_found_though_calibrating_bent_the_first_storey_for_it(on_a_base):
     bench, nothing = on_a_base
     assert bent(nothing.hypothesis), "the test shows something"

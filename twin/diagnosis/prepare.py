@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from twin.contract import names_in
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.trials import Trial, trial
-from twin.errors import RecordingError, available
+from twin.errors import ModelError, RecordingError, available
 from twin.model import Twin
 from twin.physics.scales import range_ends
 from twin.recording import Recording
@@ -85,7 +85,7 @@ def prepare(
             raise RecordingError(f"{source}: no place '{place}' for an added mass; "
                                  f"there are {available(places)}")  # fmt: skip
     model = twin.second_order()
-    slowest = _slowest(model)
+    slowest = _slowest(model, twin.source)
     recordings = [_without_offset(r, common, slowest, notes) for r in recordings]
     trials = [_trial(r, inputs, common, (added_mass or {}).get(r.source, {})) for r in recordings]
     count = len(train)
@@ -93,7 +93,7 @@ def prepare(
     benches = tuple(
         Bench(model, tuple(part), ground_mass=ground) for part in (trials[:count], trials[count:])
     )
-    _enough(benches[0])
+    _enough(benches[0], slowest)
     return Prepared(twin, benches[0], benches[1], tuple(notes))
 
 
@@ -160,10 +160,16 @@ def _trial(
     return trial(recording.source, recording.sampling_hz, columns, inputs, outputs, mass)
 
 
-def _slowest(model: SecondOrderModel) -> float:
+def _slowest(model: SecondOrderModel, source: str) -> float:
     """Return the lowest natural frequency that is not a free floating one [Hz]."""
     frequencies = model.undamped_modes().natural_freq
-    return float(np.min(frequencies[frequencies > 1e-3 * np.max(frequencies)]))
+    vibrating = frequencies[frequencies > 1e-3 * np.max(frequencies)]
+    if not len(vibrating):
+        raise ModelError(
+            f"{source}: no spring holds {' or '.join(model.coordinates)}: nothing there vibrates; "
+            "give a joint or tendon a stiffness"
+        )
+    return float(np.min(vibrating))
 
 
 def _without_offset(
@@ -192,9 +198,8 @@ def _without_offset(
     return replace(recording, data=data)
 
 
-def _enough(bench: Bench) -> None:
+def _enough(bench: Bench, slowest: float) -> None:
     modes = len(bench.model.coordinates)
-    slowest = _slowest(bench.model)
     seconds = sum(t.samples / t.sampling_hz for t in bench.trials)
     needed = LEAST_SAMPLES * 6 * modes
     names = ", ".join(t.name for t in bench.trials)

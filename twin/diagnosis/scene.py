@@ -64,10 +64,12 @@ class Scene:
         except np.linalg.LinAlgError:
             gains = self.fit.gains
         rows = self.bench.innovations([self.fit.hypothesis], gains, self.fit.starts)
+        # one grid of frequencies for recordings of any length
+        segment = min(2048, *(len(row[0]) for row in rows))
         total: list[Array] = []
         for row, S in zip(rows, covariances([r[0] for r in rows]), strict=True):
             e = row[0] / np.sqrt(np.diag(S))
-            f, each = signal.welch(e, 1 / self.bench.step_s, nperseg=min(2048, len(e)), axis=0)
+            f, each = signal.welch(e, 1 / self.bench.step_s, nperseg=segment, axis=0)
             total.append(each.sum(axis=1))
         density = np.sum(total, axis=0)
         tops, _ = signal.find_peaks(density)
