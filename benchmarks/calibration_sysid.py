@@ -47,11 +47,11 @@ from twin.diagnosis.prepare import prepare
 from twin.diagnosis.refining import refined
 from twin.diagnosis.rig import free_runs, twin_with
 from twin.formats import read_recording
+from twin.mechanisms.damping import Damping
+from twin.mechanisms.mass import Mass
+from twin.mechanisms.mechanism import StructuralChange
+from twin.mechanisms.stiffness import Stiffness
 from twin.model import Twin
-from twin.physics.damping import Damping
-from twin.physics.mass import Mass
-from twin.physics.mechanism import StructuralChange
-from twin.physics.stiffness import Stiffness
 from twin.recording import Recording
 from twin.second_order import SecondOrderModel
 

@@ -20,7 +20,7 @@ from twin.diagnosis.predict import ahead, nrmse
 from twin.diagnosis.prepare import Prepared
 from twin.diagnosis.rig import free_runs, twin_with
 from twin.diagnosis.trials import Trial
-from twin.physics.mechanism import StructuralChange
+from twin.mechanisms.mechanism import StructuralChange
 
 TOLERANCE, DAMPING_TOLERANCE = 0.15, 1.0
 """Wide: without a word for what is missing, its parameters have to take it up."""

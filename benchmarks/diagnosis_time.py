@@ -37,8 +37,8 @@ from twin.frame.design import FrameDesign
 from twin.instruments import Instrument
 from twin.laboratory import Analyser, Experiment, Hammer, RandomShaking, run
 from twin.laboratory.excitation import Excitation
+from twin.mechanisms.cubic_stiffness import CubicStiffness
 from twin.model import Twin
-from twin.physics.cubic_stiffness import CubicStiffness
 
 SEED = 2024
 GROUPS = (

@@ -23,11 +23,11 @@ from mujoco import sysid
 from twin.diagnosis.base import base_hypothesis
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.trials import Trial
+from twin.mechanisms.damping import Damping
+from twin.mechanisms.mass import Mass
+from twin.mechanisms.mechanism import StructuralChange
+from twin.mechanisms.stiffness import Stiffness
 from twin.model import Twin
-from twin.physics.damping import Damping
-from twin.physics.mass import Mass
-from twin.physics.mechanism import StructuralChange
-from twin.physics.stiffness import Stiffness
 from twin.second_order import SecondOrderModel
 from twin.signals.resampling import resample
 

@@ -19,8 +19,8 @@ from twin.diagnosis.result import Diagnosis
 from twin.files import write_whole
 from twin.instruments import Instrument
 from twin.laboratory import Analyser, Experiment, Hammer, RandomShaking, perform
+from twin.mechanisms.mass import Mass
 from twin.model import Twin
-from twin.physics.mass import Mass
 from twin.recording import Recording
 
 TARGET = Path(__file__).resolve().parent / "results" / "p_delta.json"

@@ -9,9 +9,9 @@ import mujoco
 
 from twin.contract import names_in
 from twin.errors import ModelError, available
+from twin.mechanisms.mechanism import Mechanism
+from twin.mechanisms.replay import in_words, replay
 from twin.model_files import shipped_names
-from twin.physics.mechanism import Mechanism
-from twin.physics.replay import in_words, replay
 
 GROUND_DRIVE = "ground acceleration"
 """The actuator that prescribes the ground's acceleration; the contract has no such name."""

@@ -18,11 +18,11 @@ from twin.errors import ModelError, available
 from twin.files import write_whole
 from twin.frame import FrameDesign, to_mjcf
 from twin.linearise import Linearisation, linearise
+from twin.mechanisms.mechanism import ChannelFault, Mechanism
+from twin.mechanisms.replay import in_order
+from twin.mechanisms.stiffness_drift import CLOCK
 from twin.modal import ModalModel
 from twin.model_files import shipped, shipped_names
-from twin.physics.mechanism import ChannelFault, Mechanism
-from twin.physics.replay import in_order
-from twin.physics.stiffness_drift import CLOCK
 from twin.second_order import SecondOrderModel
 
 Array = NDArray[np.float64]

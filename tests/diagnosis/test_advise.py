@@ -11,9 +11,9 @@ from twin.diagnosis.advise import next_experiment
 from twin.diagnosis.base import base_hypothesis
 from twin.diagnosis.prepare import prepare
 from twin.diagnosis.refining import refined
-from twin.physics import mechanisms
+from twin.mechanisms import vocabulary
 
-ALL = mechanisms()
+ALL = vocabulary()
 
 
 def test_the_added_mass_is_the_test_that_separates_gravity_from_a_softer_spring():

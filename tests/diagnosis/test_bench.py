@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from diagnosis_support import TWO, exact_trial
 
-from twin import physics
+from twin import mechanisms
 from twin.diagnosis import bench as benches
 from twin.diagnosis.bench import Bench, steps_for
 from twin.diagnosis.fitting import gains_of
 from twin.diagnosis.hypothesis import Hypothesis
 
-ALL = physics.mechanisms()
+ALL = mechanisms.vocabulary()
 FAULTS = [ALL["sensor_gain"]("acc_floor2", gain) for gain in (1.0, 1.02, 1.02)]
 BASES = [ALL["stiffness"]("storey1", change) for change in (0.0, 0.0, 5.0)]
 VARIANTS = [

@@ -8,7 +8,7 @@ import pytest
 from diagnosis_support import RATE, TWO, exact_trial, motion, tones
 from scipy import signal
 
-from twin import physics
+from twin import mechanisms
 from twin.diagnosis import blurring
 from twin.diagnosis.base import base_hypothesis
 from twin.diagnosis.bench import Bench
@@ -22,7 +22,7 @@ from twin.diagnosis.fitting import fit
 from twin.diagnosis.stage import explained
 from twin.diagnosis.trials import Trial
 
-ALL = physics.mechanisms()
+ALL = mechanisms.vocabulary()
 FRICTION = ALL["coulomb_friction"]("storey1", 0.15, 1e-5)
 OVER, SECONDS = 8, 8
 NOISE = 1e-4

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from diagnosis_support import lumped, recorded
 
-from twin import cli, physics
+from twin import cli, mechanisms
 from twin.cli import main
 from twin.cli.diagnose import TWIN_FILE, diagnose_files, masses_of
 from twin.errors import TwinError
@@ -17,7 +17,7 @@ from twin.model import Twin
 
 pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")  # as the command line does
 
-SOFT = physics.mechanisms()["stiffness"]("storey1", -40.0)
+SOFT = mechanisms.vocabulary()["stiffness"]("storey1", -40.0)
 
 
 def called(arguments):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from diagnosis_support import TWO, error, exact_trial, lumped, recorded, rng
 
-from twin import physics
+from twin import mechanisms
 from twin.diagnosis.base import base_hypothesis
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.fitting import covariances, fit, log_likelihood, log_prior
@@ -12,7 +12,7 @@ from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.prepare import prepare
 from twin.diagnosis.refining import refined, with_slack
 
-ALL = physics.mechanisms()
+ALL = mechanisms.vocabulary()
 TRUTH = {
     ("stiffness", "storey1"): -35.0,
     ("stiffness", "storey2"): 20.0,

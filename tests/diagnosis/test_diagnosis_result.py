@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from diagnosis_support import lumped, recorded
 
-from twin import physics
+from twin import mechanisms
 from twin.diagnosis.diagnose import diagnose
 from twin.diagnosis.result import as_json
 from twin.model import Twin
@@ -19,7 +19,7 @@ SCHEMA = Path(__file__).parents[3] / "shared" / "contracts" / "diagnosis.schema.
 REQUIRED = {
     "verdict", "findings", "alternatives", "fit", "fit_ahead", "twin", "next_experiment", "seconds",
 }  # fmt: skip
-CUBIC = physics.mechanisms()["cubic_stiffness"]("storey1", 1e6)
+CUBIC = mechanisms.vocabulary()["cubic_stiffness"]("storey1", 1e6)
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from diagnosis_support import RATE, TWO, error, exact_trial, lumped, recorded, tones
 
-from twin import physics
+from twin import mechanisms
 from twin.diagnosis.base import base_hypothesis
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.plant import build
@@ -13,7 +13,7 @@ from twin.diagnosis.prepare import prepare
 from twin.diagnosis.rig import free_run, free_runs, heights_of, merged, twin_with
 from twin.diagnosis.trials import trial
 
-ALL = physics.mechanisms()
+ALL = mechanisms.vocabulary()
 CHANGES = {
     "stiffness": ALL["stiffness"]("storey1", -50.0),
     "damping": ALL["damping"]("floor1", 0.3),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from diagnosis_support import RATE, TWO, error, exact_trial, lumped, recorded, rng
 
-from twin import physics
+from twin import mechanisms
 from twin.diagnosis.adjusting import with_between, with_noise
 from twin.diagnosis.base import base_hypothesis
 from twin.diagnosis.bench import Bench
@@ -24,7 +24,7 @@ from twin.diagnosis.start import identified
 from twin.errors import RecordingError
 from twin.second_order import SecondOrderModel
 
-ALL = physics.mechanisms()
+ALL = mechanisms.vocabulary()
 WEAK = SecondOrderModel(TWO.M / 5, TWO.R * 5, TWO.K / 5, TWO.coordinates)
 INPUTS, OUTPUTS = ("force_floor1", "force_floor2"), ("acc_floor1", "acc_floor2")
 

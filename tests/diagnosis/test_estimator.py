@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from diagnosis_support import TWO, exact_trial, lumped, recorded
 
-from twin import physics
+from twin import mechanisms
 from twin.diagnosis import estimator
 from twin.diagnosis.base import base_hypothesis
 from twin.diagnosis.bench import Bench
@@ -17,7 +17,7 @@ from twin.diagnosis.refining import refined
 from twin.diagnosis.search import Found
 from twin.diagnosis.shown import FORESEEN, TOO_STRONG, Shown
 
-ALL = physics.mechanisms()
+ALL = mechanisms.vocabulary()
 SOFTER = ALL["stiffness"]("storey1", -60.0)
 
 

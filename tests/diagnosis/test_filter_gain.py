@@ -5,7 +5,7 @@ import pytest
 from diagnosis_support import ONE, RATE, TWO, error, rng, rough
 from scipy.linalg import solve_discrete_are
 
-from twin import physics
+from twin import mechanisms
 from twin.diagnosis.effects import effect_of_start, effects_of_forces
 from twin.diagnosis.filtering import (
     Filtered,
@@ -19,7 +19,7 @@ from twin.diagnosis.filtering import (
 )
 from twin.diagnosis.plant import build, sampled
 
-ALL = physics.mechanisms()
+ALL = mechanisms.vocabulary()
 INPUTS, OUTPUTS = ("force_floor1", "force_floor2"), ("acc_floor1", "disp_floor2")
 NOISE = (np.array([0.03, 0.01]), np.array([0.05, 2e-4]), np.diag([0.2, 0.1]))
 

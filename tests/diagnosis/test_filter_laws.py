@@ -5,13 +5,13 @@ import numpy as np
 import pytest
 from diagnosis_support import K1, ONE, RATE, TWO, error, motion, rng, rough, tones
 
-from twin import physics
+from twin import mechanisms
 from twin.diagnosis.compiled import MOST_NUMBERS, numbers_of
 from twin.diagnosis.filtering import Gain, gain, linear, with_laws
 from twin.diagnosis.plant import build, sampled
-from twin.physics.mechanism import Law
+from twin.mechanisms.mechanism import Law
 
-ALL = physics.mechanisms()
+ALL = mechanisms.vocabulary()
 LAWS = [c for c in ALL.values() if issubclass(c, Law)]
 INPUTS, OUTPUTS = ("force_floor1", "force_floor2"), ("acc_floor1", "acc_floor2", "disp_floor2")
 NOISE = (np.full(2, 0.02), np.array([0.05, 0.05, 1e-4]), np.diag([0.2, 0.1]))

@@ -7,7 +7,7 @@ import pytest
 from diagnosis_support import RATE, TWO, exact_trial, rng
 from scipy.signal import butter, sosfilt
 
-from twin import physics
+from twin import mechanisms
 from twin.diagnosis.base import base_hypothesis
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.filtering import recursion
@@ -15,7 +15,7 @@ from twin.diagnosis.fitting import fit
 from twin.diagnosis.following import _correlation, follows_motion
 from twin.diagnosis.plant import build, sampled
 
-Force = physics.mechanisms()["unmeasured_force"]
+Force = mechanisms.vocabulary()["unmeasured_force"]
 OUTPUTS = ("acc_floor1", "acc_floor2")
 SAMPLES = 2048
 

@@ -7,7 +7,7 @@ import pytest
 from diagnosis_support import RATE, TWO, exact_trial, rng
 from scipy.signal import butter, sosfilt
 
-from twin import physics
+from twin import mechanisms
 from twin.diagnosis.base import base_hypothesis
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.filtering import recursion
@@ -17,8 +17,8 @@ from twin.diagnosis.plant import build, sampled
 from twin.diagnosis.refining import refined
 from twin.diagnosis.result import Finding
 
-Force = physics.mechanisms()["unmeasured_force"]
-CUBIC = physics.mechanisms()["cubic_stiffness"]
+Force = mechanisms.vocabulary()["unmeasured_force"]
+CUBIC = mechanisms.vocabulary()["cubic_stiffness"]
 OUTPUTS = ("acc_floor1", "acc_floor2")
 BAND_HZ = (2.0, 2.4)
 

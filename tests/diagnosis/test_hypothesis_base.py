@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from diagnosis_support import TWO, lumped, rng, tones
 
-from twin import physics
+from twin import mechanisms
 from twin.diagnosis.base import base_hypothesis, storey_values, storeys_of
 from twin.diagnosis.evidence import WINDOW, probabilities, probability_over, windows
 from twin.diagnosis.fitting import log_prior
 from twin.diagnosis.plant import build
 
-ALL = physics.mechanisms()
+ALL = mechanisms.vocabulary()
 
 
 def test_a_chain_s_springs_are_read_off_its_matrix():

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 from diagnosis_support import TWO, error, exact_trial
 
-from twin import physics
+from twin import mechanisms
 from twin.diagnosis.base import base_hypothesis
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.fitting import fit
 from twin.diagnosis.motion import states
 
-ALL = physics.mechanisms()
+ALL = mechanisms.vocabulary()
 
 
 def test_a_cut_off_channel_says_nothing_of_the_motion_beyond():

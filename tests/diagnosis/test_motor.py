@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from diagnosis_support import RATE, error, motion, rng, tones
 
-from twin import physics
+from twin import mechanisms
 from twin.diagnosis.base import surroundings
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.channels import corrected
@@ -14,7 +14,7 @@ from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.trials import trial
 from twin.second_order import SecondOrderModel
 
-ALL = physics.mechanisms()
+ALL = mechanisms.vocabulary()
 ABSORBER = SecondOrderModel(
     [[1.5, 0.02], [0.02, 0.004]], [[1.5, 0.0], [0.0, 2e-3]], [[600.0, 0.0], [0.0, 0.2]],
     ("floor1", "pendulum"),

@@ -3,13 +3,13 @@
 import pytest
 from diagnosis_support import TWO, exact_trial
 
-from twin import physics
+from twin import mechanisms
 from twin.diagnosis.base import base_hypothesis
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.parameters import promoted, straightens
 from twin.diagnosis.refining import refined
 
-ALL = physics.mechanisms()
+ALL = mechanisms.vocabulary()
 SOFTER = ALL["stiffness"]("storey1", -60.0)
 DASHPOT = ALL["damping"]("storey2", 0.7)
 

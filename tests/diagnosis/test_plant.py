@@ -5,12 +5,12 @@ import pytest
 from diagnosis_support import K1, M1, ONE, R1, RATE, TWO, error, motion, rough, tones
 from scipy.linalg import expm, solve_continuous_lyapunov
 
-from twin import physics
+from twin import mechanisms
 from twin.diagnosis.filtering import ahead, recursion
 from twin.diagnosis.plant import build, sampled
 from twin.errors import ModelError
 
-ALL = physics.mechanisms()
+ALL = mechanisms.vocabulary()
 FORCE, ACC = ("force_floor1",), ("acc_floor1",)
 OMEGA = 2 * np.pi * np.array([0.01, 0.7, 3.1, 3.2, 9.0, 60.0])
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from diagnosis_support import TWO, exact_trial
 
-from twin import physics
+from twin import mechanisms
 from twin.diagnosis import pruning
 from twin.diagnosis.base import base_hypothesis
 from twin.diagnosis.bench import Bench
@@ -12,7 +12,7 @@ from twin.diagnosis.pruning import pruned
 from twin.diagnosis.refining import refined
 from twin.diagnosis.stage import DECISIVE, Stage
 
-ALL = physics.mechanisms()
+ALL = mechanisms.vocabulary()
 SOFTER = ALL["stiffness"]("storey1", -60.0)
 LOUDER = ALL["sensor_gain"]("acc_floor2", 1.05)
 NEEDLESS = ALL["sensor_delay"]("acc_floor1", 1e-5)

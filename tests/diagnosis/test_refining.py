@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from diagnosis_support import TWO, exact_trial
 
-from twin import physics
+from twin import mechanisms
 from twin.diagnosis import refining
 from twin.diagnosis.base import base_hypothesis
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.refining import refined
 
-SOFTER = physics.mechanisms()["stiffness"]("storey1", -200.0)
+SOFTER = mechanisms.vocabulary()["stiffness"]("storey1", -200.0)
 
 
 def test_a_slack_that_was_needed_without_the_finding_does_not_hide_it(monkeypatch):
@@ -42,7 +42,7 @@ def test_a_neighbouring_slack_needs_no_start_of_its_own(monkeypatch):
 
 
 def test_friction_begins_sharp_as_well_and_nothing_else_does():
-    friction = physics.mechanisms()["coulomb_friction"]("storey2", 0.01, 1e-3)
+    friction = mechanisms.vocabulary()["coulomb_friction"]("storey2", 0.01, 1e-3)
     start = base_hypothesis(TWO).including(SOFTER, friction)
     sharp = refining._sharpened(start)
     assert sharp.found[0] == SOFTER
@@ -54,7 +54,7 @@ def test_friction_begins_sharp_as_well_and_nothing_else_does():
 
 @pytest.mark.parametrize(("blurred", "sharp"), [(10.0, 20.0), (20.0, 10.0)])
 def test_of_a_blurred_and_a_sharp_start_the_better_one_is_kept(monkeypatch, blurred, sharp):
-    friction = physics.mechanisms()["coulomb_friction"]("storey2", 0.01, 1e-3)
+    friction = mechanisms.vocabulary()["coulomb_friction"]("storey2", 0.01, 1e-3)
 
     def led_to(bench, starts, *rest):
         rate = starts[-1].found[-1].values["regular_rate"]
@@ -71,7 +71,8 @@ def test_friction_is_fitted_from_the_likelier_of_the_given_states_and_rest(monke
     begins = np.array([0.01, -0.02, 0.1, 0.3])
     trial = exact_trial((), seed=1, noise=1e-3, start=begins if moving else None)
     bench = Bench(TWO, (trial,), "linear")
-    rubs = base_hypothesis(TWO).including(physics.mechanisms()["coulomb_friction"]("storey1", 1e-6))
+    rub = mechanisms.vocabulary()["coulomb_friction"]("storey1", 1e-6)
+    rubs = base_hypothesis(TWO).including(rub)
     used = []
 
     def watched(bench, starts, slack, states, *_):

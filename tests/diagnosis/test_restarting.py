@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from diagnosis_support import lumped, recorded
 
-from twin import physics
+from twin import mechanisms
 from twin.diagnosis.base import base_hypothesis
 from twin.diagnosis.prepare import prepare
 from twin.diagnosis.refining import refined
@@ -17,7 +17,7 @@ from twin.recording import Recording
 
 pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")
 
-ALL = physics.mechanisms()
+ALL = mechanisms.vocabulary()
 BUMPER = ALL["bumper"]("storey2", 2000.0, 0.004)
 FORCE = ALL["unmeasured_force"]("floor2", 0.1, 5.0, 10.0)
 CLIPS = ("sensor_clipping", "acc_floor2")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from diagnosis_support import RATE, TWO, concealed, exact_trial, lumped, rng
 
-from twin import physics
+from twin import mechanisms
 from twin.diagnosis.base import base_hypothesis, bent, surroundings
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.estimator import foreseeing
@@ -19,7 +19,7 @@ from twin.diagnosis.screen import screen
 from twin.diagnosis.stage import next_stage
 from twin.diagnosis.unnamed import foresees_off
 
-ALL = physics.mechanisms()
+ALL = mechanisms.vocabulary()
 HEIGHTS = {"storey1": 0.3, "storey2": 0.3}
 BASE = ALL["base_compliance"]("ground", 9000.0, 4.0, 3.0, 3.0)
 FORCE, BLUR = 0.05, 1e-4

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from diagnosis_support import TWO, concealed, exact_trial, lumped, recorded
 
-from twin import physics
+from twin import mechanisms
 from twin.diagnosis import search as searching
 from twin.diagnosis.base import base_hypothesis
 from twin.diagnosis.bench import Bench
@@ -23,7 +23,7 @@ from twin.diagnosis.unnamed import _outdone
 
 pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")  # as the command line does
 
-ALL = physics.mechanisms()
+ALL = mechanisms.vocabulary()
 SECONDS = 8.0
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from diagnosis_support import lumped, recorded
 
-from twin import physics
+from twin import mechanisms
 from twin.diagnosis import stage
 from twin.diagnosis.base import base_hypothesis
 from twin.diagnosis.prepare import prepare
@@ -12,7 +12,7 @@ from twin.diagnosis.refining import refined
 from twin.diagnosis.rig import heights_of
 from twin.diagnosis.scene import Candidate
 
-SLIP = physics.mechanisms()["hysteresis"]
+SLIP = mechanisms.vocabulary()["hysteresis"]
 FAINT = SLIP("storey1", 3.0, 0.0075, 20.0, 3.0, 0.5, 518.0)
 """A first guess so far from what is concealed that its fit never gets there."""
 
@@ -45,7 +45,7 @@ def test_a_brace_whose_fit_went_astray_is_fitted_again_from_its_own_guesses(monk
 
 def test_what_no_filter_follows_where_its_fit_ends_is_no_candidate(monkeypatch, slipping):
     bench, nothing = slipping
-    bumper = Candidate(physics.mechanisms()["bumper"]("storey1", 500.0, 0.01), 0.0)
+    bumper = Candidate(mechanisms.vocabulary()["bumper"]("storey1", 500.0, 0.01), 0.0)
     assert stage.fitted(bench, nothing, bumper) is not None
 
     def fails(bench, hypothesis, slack):

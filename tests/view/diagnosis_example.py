@@ -14,14 +14,14 @@ from twin.diagnosis.result import (
     NextExperiment,
     Trace,
 )
+from twin.mechanisms import vocabulary
 from twin.model import Twin
-from twin.physics import mechanisms
 
 RATE = 128.0
 SAMPLES = 1024
 OUTPUTS = ("acc_floor1", "acc_floor2")
 HOSTILE = "<script>alert(1)</script> $x_1^{ [red] | & \udcff \u4e00.csv"
-MECHANISMS = mechanisms()
+MECHANISMS = vocabulary()
 CUBIC = MECHANISMS["cubic_stiffness"]("storey1", 6e5)
 SLIP = MECHANISMS["hysteresis"]("storey1", 400.0, 2.0, 2.0, 400.0)
 

@@ -20,8 +20,8 @@ def find_concealed(target: Path, terminal: Console, seed: int) -> None:
     from twin.formats import write_recording
     from twin.instruments import Instrument
     from twin.laboratory import Analyser, Experiment, Hammer, RandomShaking, perform
+    from twin.mechanisms.cubic_stiffness import CubicStiffness
     from twin.model import Twin
-    from twin.physics.cubic_stiffness import CubicStiffness
     from twin.view.diagnosis_report import write_report
     from twin.view.diagnosis_rrd import write_diagnosis_rrd
     from twin.view.diagnosis_tables import print_diagnosis

@@ -17,8 +17,8 @@ from twin.errors import TwinError
 from twin.formats import write_recording
 from twin.instruments import INSTRUMENT_OF, Instrument
 from twin.laboratory import Experiment, run
+from twin.mechanisms.mass import Mass
 from twin.model import Twin
-from twin.physics.mass import Mass
 from twin.recording import Recording
 
 DEFAULT_FOLDER = Path("twin-out")

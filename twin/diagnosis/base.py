@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.plant import place_vector
-from twin.physics.damping import Damping
-from twin.physics.mass import Mass
-from twin.physics.mechanism import Mechanism, Surroundings
-from twin.physics.stiffness import Stiffness
+from twin.mechanisms.damping import Damping
+from twin.mechanisms.mass import Mass
+from twin.mechanisms.mechanism import Mechanism, Surroundings
+from twin.mechanisms.stiffness import Stiffness
 from twin.second_order import SecondOrderModel
 
 Array = NDArray[np.float64]

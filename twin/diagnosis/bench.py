@@ -26,7 +26,7 @@ from twin.diagnosis.filtering import (
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.plant import Sampled, build, laws_of, sampled
 from twin.diagnosis.trials import MOTOR, Trial
-from twin.physics.mechanism import ChannelFault, Law, Mechanism
+from twin.mechanisms.mechanism import ChannelFault, Law, Mechanism
 from twin.second_order import SecondOrderModel
 
 Array = NDArray[np.float64]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis.trials import Trial
-from twin.physics.mechanism import ChannelFault, Mechanism
+from twin.mechanisms.mechanism import ChannelFault, Mechanism
 
 Array = NDArray[np.float64]
 

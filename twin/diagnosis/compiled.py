@@ -14,7 +14,7 @@ from typing import Any
 import numba
 import numpy as np
 
-from twin.physics.mechanism import Law
+from twin.mechanisms.mechanism import Law
 
 MOST_NUMBERS = 24
 """Fields that a law may have."""

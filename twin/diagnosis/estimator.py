@@ -12,7 +12,7 @@ from twin.diagnosis.fitting import Fit
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.predict import ahead, noise_floors, squared_errors
 from twin.diagnosis.trials import Trial
-from twin.physics.mechanism import Disturbance
+from twin.mechanisms.mechanism import Disturbance
 
 Array = NDArray[np.float64]
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis.plant import Sampled
-from twin.physics.mechanism import Law
+from twin.mechanisms.mechanism import Law
 
 Array = NDArray[np.float64]
 

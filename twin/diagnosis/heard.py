@@ -9,15 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
-from twin import physics
+from twin import mechanisms
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.fitting import Fit
 from twin.diagnosis.plant import build
 from twin.diagnosis.predict import unmeasured
 from twin.diagnosis.refining import refined
 from twin.diagnosis.trials import SHAKE_TABLE
-from twin.physics.mechanism import Disturbance
-from twin.physics.unmeasured_force import UnmeasuredForce
+from twin.mechanisms.mechanism import Disturbance
+from twin.mechanisms.unmeasured_force import UnmeasuredForce
 
 SAMPLES = 4096
 """Of a piece of the spectrum in which a band's edges are looked for."""
@@ -49,7 +49,7 @@ def elsewhere(bench: Bench, found: Fit) -> list[Fit]:
     base = replace(found.hypothesis, found=found.hypothesis.found[:-1])
     out = []
     for force in (own, *_edged(bench, found)):
-        for place in physics.places(type(own), floors, ()):
+        for place in mechanisms.places(type(own), floors, ()):
             if (place, force.edged) == (own.place, own.edged):
                 continue
             # newtons at a floor, metres a second squared at the ground

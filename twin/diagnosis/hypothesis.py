@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.physics.mechanism import Law, Mechanism
+from twin.mechanisms.mechanism import Law, Mechanism
 
 Array = NDArray[np.float64]
 

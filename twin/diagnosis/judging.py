@@ -18,9 +18,9 @@ from twin.diagnosis.predict import strength_of
 from twin.diagnosis.result import Finding, NextExperiment, Verdict
 from twin.diagnosis.search import Found
 from twin.diagnosis.stage import TIE
+from twin.mechanisms.mechanism import Disturbance
+from twin.mechanisms.stiffness import Stiffness
 from twin.model_files import shipped_names
-from twin.physics.mechanism import Disturbance
-from twin.physics.stiffness import Stiffness
 
 BESIDES = 0.03
 """Share of a storey's stiffness beyond which a difference of it is a finding of its own."""

@@ -15,7 +15,7 @@ from twin.diagnosis.fitting import Fit, gains_of, log_likelihood
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.plant import KNOWN_FORCE, laws_of, place_vector
 from twin.diagnosis.trials import Trial
-from twin.physics.mechanism import Law
+from twin.mechanisms.mechanism import Law
 from twin.second_order import SecondOrderModel
 
 Array = NDArray[np.float64]

@@ -13,10 +13,10 @@ from twin.diagnosis.fitting import Fit
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.refining import refined
 from twin.diagnosis.stage import DECISIVE
-from twin.physics.mass import Mass
-from twin.physics.mechanism import Mechanism
-from twin.physics.p_delta import PDelta
-from twin.physics.stiffness import Stiffness
+from twin.mechanisms.mass import Mass
+from twin.mechanisms.mechanism import Mechanism
+from twin.mechanisms.p_delta import PDelta
+from twin.mechanisms.stiffness import Stiffness
 
 LOOSE = 50.0
 """How much wider the tolerances are where the parameters are freed."""

@@ -14,7 +14,7 @@ from twin.diagnosis.fitting import Fit
 from twin.diagnosis.motion import at_place, force_histories, states
 from twin.diagnosis.plant import place_vector
 from twin.diagnosis.result import Finding, ForcePicture
-from twin.physics.mechanism import Law
+from twin.mechanisms.mechanism import Law
 
 Array = NDArray[np.float64]
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from twin.diagnosis.trials import SHAKE_TABLE
-from twin.physics.mechanism import (
+from twin.mechanisms.mechanism import (
     ChannelFault,
     Disturbance,
     Law,
@@ -25,7 +25,7 @@ from twin.physics.mechanism import (
     floor_vector,
     storey_vector,
 )
-from twin.physics.replay import in_order
+from twin.mechanisms.replay import in_order
 from twin.second_order import SecondOrderModel
 
 Array = NDArray[np.float64]

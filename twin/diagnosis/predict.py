@@ -18,7 +18,7 @@ from twin.diagnosis.fitting import lenient_gains
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.plant import laws_of
 from twin.diagnosis.trials import Trial
-from twin.physics.mechanism import ChannelFault, Disturbance
+from twin.mechanisms.mechanism import ChannelFault, Disturbance
 
 Array = NDArray[np.float64]
 

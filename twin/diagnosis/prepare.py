@@ -12,8 +12,8 @@ from twin.contract import names_in
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.trials import Trial, trial
 from twin.errors import ModelError, RecordingError, available
+from twin.mechanisms.scales import range_ends
 from twin.model import Twin
-from twin.physics.scales import range_ends
 from twin.recording import Recording
 from twin.second_order import SecondOrderModel
 from twin.signals.resampling import resample

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from twin.diagnosis.bench import SLACKS, Bench
 from twin.diagnosis.fitting import Fit, fit, fitting_starts, gains_of, log_likelihood, log_prior
 from twin.diagnosis.hypothesis import Hypothesis
-from twin.physics.mechanism import Disturbance, Law
+from twin.mechanisms.mechanism import Disturbance, Law
 
 Array = NDArray[np.float64]
 

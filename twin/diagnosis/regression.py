@@ -22,9 +22,9 @@ from twin.diagnosis.hypothesis import Hypothesis, Unknown
 from twin.diagnosis.motion import at_place, force_histories
 from twin.diagnosis.plant import build, sampled
 from twin.diagnosis.scene import Candidate, Scene
-from twin.physics.mechanism import Law, Mechanism
-from twin.physics.quadratic_drag import QuadraticDrag
-from twin.physics.slight import SlightChange
+from twin.mechanisms.mechanism import Law, Mechanism
+from twin.mechanisms.quadratic_drag import QuadraticDrag
+from twin.mechanisms.slight import SlightChange
 
 Array = NDArray[np.float64]
 

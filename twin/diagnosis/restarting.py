@@ -11,7 +11,7 @@ from twin.diagnosis.bench import Bench
 from twin.diagnosis.fitting import Fit
 from twin.diagnosis.scene import Candidate
 from twin.diagnosis.stage import Stage, fitted, is_lawful
-from twin.physics.sensor_clipping import SensorClipping
+from twin.mechanisms.sensor_clipping import SensorClipping
 
 OTHERWISE = 0.3
 """Share of an unmeasured force's drop of the BIC that another first mechanism must bring."""

@@ -9,8 +9,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.mechanisms.mechanism import Mechanism
 from twin.model import Twin
-from twin.physics.mechanism import Mechanism
 
 Array = NDArray[np.float64]
 Verdict = Literal["consistent", "parameter", "missing_physics", "measurement", "unexplained"]

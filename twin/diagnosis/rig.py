@@ -15,9 +15,9 @@ from twin.diagnosis.bench import Bench, Between
 from twin.diagnosis.channels import corrected
 from twin.diagnosis.trials import MOTOR, SHAKE_TABLE, Trial
 from twin.errors import ModelError
+from twin.mechanisms.mass import Mass
+from twin.mechanisms.mechanism import ChannelFault, Mechanism, StructuralChange
 from twin.model import Twin
-from twin.physics.mass import Mass
-from twin.physics.mechanism import ChannelFault, Mechanism, StructuralChange
 from twin.signals.resampling import resample
 
 Array = NDArray[np.float64]

@@ -13,7 +13,7 @@ from twin.diagnosis.bench import Bench
 from twin.diagnosis.fitting import Fit, covariances, gains_of
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.motion import at_place
-from twin.physics.mechanism import Mechanism
+from twin.mechanisms.mechanism import Mechanism
 
 Array = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twin import physics
+from twin import mechanisms
 from twin.diagnosis.base import bent, surroundings
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.filtering import Gain
@@ -21,15 +21,15 @@ from twin.diagnosis.fitting import Slopes, fit, gains_of, log_likelihood
 from twin.diagnosis.refining import with_slack, with_widths
 from twin.diagnosis.regression import Regression
 from twin.diagnosis.scene import Candidate, Scene
-from twin.physics.base_compliance import BaseCompliance
-from twin.physics.mechanism import (
+from twin.mechanisms.base_compliance import BaseCompliance
+from twin.mechanisms.mechanism import (
     ChannelFault,
     Disturbance,
     Law,
     Mechanism,
     Surroundings,
 )
-from twin.physics.slight import SlightChange
+from twin.mechanisms.slight import SlightChange
 
 Array = NDArray[np.float64]
 
@@ -54,8 +54,8 @@ def screen(scene: Scene, without: Sequence[tuple[str, str]] = ()) -> list[Candid
     floors = [c for c in bench.model.coordinates if c.startswith("floor")]
     channels = [*bench.trials[0].outputs, *bench.trials[0].inputs]
     channels = [c for c in channels if not c.startswith("law_")]
-    for name, cls in physics.mechanisms().items():
-        for place in physics.places(cls, floors, channels):
+    for name, cls in mechanisms.vocabulary().items():
+        for place in mechanisms.places(cls, floors, channels):
             if (name, place) in without or not _possible(cls, place, bench):
                 continue
             around = surroundings(bench, motion, scene.heights, place, peaks)

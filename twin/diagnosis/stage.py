@@ -16,7 +16,7 @@ from twin.diagnosis.motion import motion_of
 from twin.diagnosis.refining import refined, with_slack
 from twin.diagnosis.scene import Candidate, Scene
 from twin.diagnosis.screen import ranked, screen
-from twin.physics.mechanism import Disturbance, Law, Mechanism
+from twin.mechanisms.mechanism import Disturbance, Law, Mechanism
 
 DECISIVE = 14.0
 """Drop of the BIC that a mechanism must bring: odds of e^7, less the forty-odd pairs of mechanism

@@ -12,7 +12,7 @@ from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.plant import build
 from twin.diagnosis.trials import Trial
 from twin.errors import RecordingError
-from twin.physics.mechanism import Mechanism, StructuralChange
+from twin.mechanisms.mechanism import Mechanism, StructuralChange
 from twin.second_order import SecondOrderModel
 
 Array = NDArray[np.float64]

@@ -17,8 +17,8 @@ from twin.diagnosis.predict import ahead, from_rest, noise_floors, nrmse
 from twin.diagnosis.refining import refined
 from twin.diagnosis.scene import Candidate, Scene
 from twin.diagnosis.stage import DECISIVE, LITTLE, Stage, explained, fitted, is_narrow
-from twin.physics.mechanism import Disturbance
-from twin.physics.restoring_force import RestoringForce
+from twin.mechanisms.mechanism import Disturbance
+from twin.mechanisms.restoring_force import RestoringForce
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from twin.diagnosis.result import Detection, Diagnosis, Finding
-from twin.physics.mechanism import Mechanism
+from twin.mechanisms.mechanism import Mechanism
 from twin.place import Place
 from twin.view.figures import unit_of
 

@@ -1,0 +1,283 @@
+"""One contract for every mechanism: what it says as an edit and what it says as mathematics."""
+
+import dataclasses
+import json
+import xml.etree.ElementTree as ElementTree
+from functools import cache
+
+import mujoco
+import numpy as np
+import pytest
+from mechanism_support import RATE, SAMPLES, error, integrate, push
+
+from twin import mechanisms
+from twin.errors import ModelError
+from twin.mechanisms.mechanism import ChannelFault, Law, StructuralChange, Surroundings
+from twin.mechanisms.stiffness_drift import CLOCK
+from twin.model import Twin
+
+ALL = mechanisms.vocabulary()
+VOCABULARY = [
+    "stiffness",
+    "damping",
+    "coulomb_friction",
+    "cubic_stiffness",
+    "quadratic_stiffness",
+    "bumper",
+    "clearance",
+    "hysteresis",
+    "stiffness_drift",
+    "mass",
+    "quadratic_drag",
+    "appendage",
+    "p_delta",
+    "base_compliance",
+    "unmeasured_force",
+    "sensor_gain",
+    "sensor_delay",
+    "sensor_polarity",
+    "sensor_clipping",
+    "sensor_highpass",
+    "sensor_swap",
+    "pendulum_friction",
+    "motor_deadband",
+    "motor_delay",
+]
+CHANNELS = ["acc_floor1", "acc_floor2", "disp_floor1", "disp_floor2", "force_floor2"]
+CHANNELS += ["torque_pendulum"]
+FLOORS = ["floor1", "floor2"]
+DRIFT = 0.004 * np.sin(np.linspace(0, 60, 3000)) + 0.001 * np.sin(np.linspace(0, 210, 3000))
+AROUND = Surroundings(
+    518.6, 1.6, 0.65, 2.2, 0.3, DRIFT, np.gradient(DRIFT, 0.01), 50 * DRIFT, (1.9, 6.7), 30.0, 100.0
+)
+
+
+def make(name, place, *values):
+    return ALL[name](place, *values)
+
+
+CHANGES = [
+    make("stiffness", "storey2", -50.0),
+    make("damping", "storey1", 0.5),
+    make("mass", "floor1", -0.2),
+    make("appendage", "floor2", 0.1, 2.0, 0.02),
+    make("base_compliance", "ground", 5e4, 10.0, 2.5),
+    make("p_delta", "storey1", 1.0, 0.3),
+]
+LAWS = [
+    # mechanism, error of the displacement, of the acceleration: RMS over RMS, at 1 ms
+    (make("cubic_stiffness", "storey1", 5e6), 2e-7, 2e-6),
+    (make("quadratic_stiffness", "storey2", 1e4), 2e-7, 2e-6),
+    (make("stiffness_drift", "storey1", -0.1, 518.0), 2e-7, 2e-6),
+    (make("quadratic_drag", "floor2", 20.0), 2e-7, 2e-6),
+    (make("bumper", "storey1", 2000.0, 0.003), 5e-5, 5e-4),
+    (make("bumper", "storey2", 2000.0, -0.002), 5e-5, 5e-4),
+    (make("clearance", "storey2", 300.0, 0.001, 300.0), 1e-5, 1e-4),
+    (make("clearance", "storey1", 300.0, 0.001, 0.0), 1e-5, 1e-4),
+    (make("coulomb_friction", "storey2", 0.1, 1e-5), 1e-3, 0.03),
+    (make("hysteresis", "storey1", 300.0, 0.5, 20.0, 300.0), 0.03, 0.05),
+    (make("hysteresis", "storey1", 300.0, 0.5, 2.0, 300.0), 0.1, 0.12),
+]
+
+
+@cache
+def frame():
+    return Twin.load("two_storey_lumped")
+
+
+@cache
+def absorber():
+    return Twin.load("two_storey_absorber")
+
+
+def rig(mechanism):
+    return absorber() if mechanism.where == "pendulum" else frame()
+
+
+def at(cls):
+    return mechanisms.places(cls, FLOORS, CHANNELS)
+
+
+def simulated(twin, samples=SAMPLES):
+    columns = twin.simulate({"force_floor2": push(samples)}, RATE, samples).columns
+    return tuple(
+        np.column_stack([columns[f"{kind}_floor{i}"] for i in (1, 2)]) for kind in ("disp", "acc")
+    )
+
+
+def ident(thing):
+    return thing.name if hasattr(thing, "name") else None
+
+
+def test_the_vocabulary_is_complete():
+    assert sorted(n for n, cls in ALL.items() if not cls.generic) == sorted(VOCABULARY)
+
+
+def test_only_what_has_no_name_is_called_unexplained():
+    assert [n for n, cls in ALL.items() if cls.verdict == "unexplained"] == ["restoring_force"]
+    assert all(cls.generic == (cls.verdict == "unexplained") for cls in ALL.values())
+
+
+@pytest.mark.parametrize("cls", ALL.values(), ids=ident)
+def test_units_and_source_are_documented(cls):
+    assert "Source:" in cls.__doc__
+    assert cls.reference
+    assert cls.verdict in ("parameter", "missing_physics", "measurement", "unexplained")
+    for parameter in cls.parameters.values():
+        assert parameter.unit
+        assert parameter.meaning
+    taken = {cls.fields_of.get(name, name) for name in cls.parameters}
+    others = {f.name for f in dataclasses.fields(cls)} - taken - {"place"}
+    for field in others:
+        assert f"{field}:" in cls.__doc__, "a field that is not fitted stands under Attributes"
+
+
+@pytest.mark.parametrize("cls", ALL.values(), ids=ident)
+def test_first_guesses_are_few_finite_and_survive_json(cls):
+    for place in at(cls):
+        starts = cls.starts(place, AROUND)
+        assert 1 <= len(starts) <= 16
+        assert len(set(starts)) == len(starts)
+        for start in starts:
+            assert start.place == place
+            assert all(np.isfinite(value) for value in start.values.values())
+            logs = [n for n, p in cls.parameters.items() if p.scale == "log"]
+            assert all(start.values[n] > 0 for n in logs)
+            assert mechanisms.from_json(json.loads(json.dumps(start.as_json()))) == start
+
+
+@pytest.mark.parametrize("cls", [c for c in ALL.values() if c.parameters], ids=ident)
+def test_no_strength_changes_no_bit_of_the_motion(cls):
+    place = at(cls)[0]
+    none = cls(place)
+    before = simulated(rig(none), 300)
+    after = simulated(rig(none).including(none), 300)
+    for one, other in zip(before, after, strict=True):
+        assert one.tobytes() == other.tobytes()
+    if issubclass(cls, ChannelFault):
+        columns = {name: DRIFT for name in CHANNELS}
+        assert none.distort(columns, 100.0)[none.channels[0]].tobytes() == DRIFT.tobytes()
+
+
+@pytest.mark.parametrize("cls", [c for c in ALL.values() if issubclass(c, Law)], ids=ident)
+def test_a_law_broadcasts_many_variants_and_grows_with_its_strength(cls):
+    start = cls.starts(at(cls)[0], AROUND)[0]
+    many = start.with_values({name: np.full((3, 1), v) for name, v in start.values.items()})
+    drift, rate = AROUND.drift[:40], AROUND.rate[:40]
+    state, time = 0.3 * np.sin(np.arange(40.0)), np.arange(40.0)
+    if cls.memory:
+        state = start.remember(np.zeros(40), np.zeros(40), drift)
+        together = many.remember(np.zeros((3, 40)), np.zeros(40), drift)
+        np.testing.assert_allclose(together, np.tile(state, (3, 1)), rtol=1e-12)
+    one = start.force(drift, rate, state, time)
+    np.testing.assert_allclose(many.force(drift, rate, state, time), np.tile(one, (3, 1)))
+    twice = start.scaled(2.0)
+    if cls.memory:
+        state = twice.remember(np.zeros(40), np.zeros(40), drift)
+    np.testing.assert_allclose(twice.force(drift, rate, state, time), 2 * one, rtol=1e-9)
+
+
+@pytest.mark.parametrize("change", CHANGES, ids=ident)
+def test_a_change_of_the_structure_is_the_same_as_matrices_and_in_mujoco(change):
+    assert isinstance(change, StructuralChange)
+    found = frame().including(change).second_order()
+    wanted = change.edit(frame().second_order())
+    assert found.coordinates == wanted.coordinates
+    for name in "MRK":
+        true = getattr(wanted, name)
+        np.testing.assert_allclose(getattr(found, name), true, atol=1e-9 * np.abs(true).max())
+
+
+def test_changes_build_on_each_other_whatever_their_order():
+    p_delta, mass = CHANGES[5], make("mass", "floor2", 1.0)
+    found = frame().including(p_delta, mass).second_order()
+    wanted = p_delta.edit(mass.edit(frame().second_order()))
+    np.testing.assert_allclose(found.K, wanted.K, rtol=1e-10)
+    lighter = p_delta.edit(frame().second_order())
+    assert lighter.K[0, 0] - found.K[0, 0] == pytest.approx(9.81 * 1.0 / 0.3)
+
+
+@pytest.mark.parametrize(("law", "moved", "accelerated"), LAWS, ids=ident)
+def test_a_law_moves_the_frame_as_an_independent_integration_says(law, moved, accelerated):
+    forces = np.zeros((SAMPLES, 2))
+    forces[:, 1] = push()
+    fine = 5 if law.memory else 10 if law.abrupt else 2
+    true = integrate(frame().second_order(), forces, law, fine)
+    found = simulated(frame().including(law))
+    assert error(found[0], true[0]) < moved
+    assert error(found[1], true[1]) < accelerated
+    assert error(simulated(frame())[0], true[0]) > 0.05, "the test shows something"
+
+
+@pytest.mark.parametrize("mechanism", [*CHANGES, *(m for m, _, _ in LAWS)], ids=ident)
+def test_the_exported_file_moves_the_same_in_plain_mujoco(mechanism, tmp_path):
+    twin = frame().including(mechanism)
+    path = twin.export(tmp_path / "explained.xml")
+    comment = ElementTree.tostring(ElementTree.parse(path).getroot(), encoding="unicode")
+    assert "<!--" not in comment
+    assert f"{mechanism.name} at {mechanism.place}" in path.read_text()
+    model = mujoco.MjModel.from_xml_path(str(path))
+    data = mujoco.MjData(model)
+    for index in range(model.nu):
+        if model.actuator(index).name.endswith(CLOCK):
+            data.ctrl[index] = 1.0
+    force, found = push(600), np.empty((600, 2))
+    motor, sensors = data.actuator("force_floor2"), [data.sensor(f"disp_{f}") for f in FLOORS]
+    steps = round(1 / (RATE * model.opt.timestep))
+    middles = (np.arange(600 * steps) + 0.5) / steps
+    for k, value in enumerate(np.interp(middles, np.arange(600), force)):
+        motor.ctrl[:] = value
+        mujoco.mj_step(model, data)
+        if k % steps == 0:
+            found[k // steps] = [sensor.data[0] for sensor in sensors]
+    true = simulated(twin, 600)[0]
+    # the file's clamp is soft, its force a staircase
+    assert error(found, true) < (5e-4 if getattr(mechanism, "abrupt", False) else 1e-4)
+
+
+@pytest.mark.parametrize("cls", ALL.values(), ids=ident)
+def test_a_wrong_place_is_an_error_that_lists_the_places(cls):
+    wrong = {"storey": "storey9", "floor": "floor9", "ground": "floor1", "channel": "acc_floor9"}
+    wrong |= {"channels": "acc_floor1+acc_floor9", "pendulum": "pendulum"}
+    there = {"storey": "storey1, storey2", "floor": "floor1, floor2", "ground": "ground"}
+    there |= {"channel": "acc_floor1", "channels": "acc_floor1", "pendulum": "floor1"}
+    start = cls.starts(at(cls)[0], AROUND)[0]
+    elsewhere = dataclasses.replace(start, place=wrong[cls.where])
+    with pytest.raises(ModelError, match=there[cls.where]):
+        frame().including(elsewhere)
+    if issubclass(cls, StructuralChange):
+        with pytest.raises(ModelError, match=there[cls.where]):
+            elsewhere.edit(frame().second_order())
+
+
+FAULTS = [c for c in ALL.values() if issubclass(c, ChannelFault)]
+
+
+@pytest.mark.parametrize("cls", FAULTS, ids=ident)
+def test_a_fault_changes_its_channels_alone_and_is_undone_or_is_a_filter_or_a_limit(cls):
+    rng = np.random.default_rng(5)
+    columns = {name: DRIFT * rng.uniform(0.5, 2.0) for name in CHANNELS}
+    start = cls.starts(at(cls)[0], AROUND)[0]
+    if start.limit() is not None:
+        start = start.with_values({"level": 0.001})
+    recorded = start.distort(columns, 100.0)
+    for name, values in columns.items():
+        assert (recorded[name].tobytes() == values.tobytes()) == (name not in start.channels)
+    if start.of_motor or start.limit() is not None or start.filter_hz() is not None:
+        return
+    undone = start.undo(recorded, 100.0)
+    inside = slice(20, -20) if cls.name == "sensor_delay" else slice(None)
+    for name, values in columns.items():
+        assert (
+            error(undone[name][inside], values[inside])
+            < 1e-3 * (cls.name == "sensor_delay") + 1e-15
+        )
+
+
+def test_an_unknown_mechanism_or_value_is_an_error_that_lists_what_there_is():
+    with pytest.raises(ModelError, match="no mechanism 'ghost'; there are appendage, base"):
+        mechanisms.from_json({"mechanism": "ghost", "location": "floor1"})
+    with pytest.raises(ModelError, match="no value 'mass'; there are change"):
+        mechanisms.from_json({"mechanism": "mass", "location": "floor1", "values": {"mass": 1}})
+    with pytest.raises(ModelError, match="no location"):
+        mechanisms.from_json({"mechanism": "mass"})

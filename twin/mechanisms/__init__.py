@@ -1,0 +1,89 @@
+"""The mechanisms: one file each, found by walking this folder; a lab's own by an entry point.
+
+A package adds mechanisms of its own with an entry point of the group "frame_twin.mechanisms" for
+each class. They need not be named anywhere else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from functools import lru_cache
+from importlib import import_module
+from importlib.metadata import entry_points
+from inspect import isabstract
+from itertools import combinations
+from pkgutil import iter_modules
+from typing import Any
+
+from twin.errors import ModelError, available
+from twin.mechanisms.mechanism import ChannelFault, Disturbance, Mechanism
+
+GROUP = "frame_twin.mechanisms"
+"""The entry-point group of mechanisms from elsewhere."""
+
+__all__ = ["from_json", "places", "vocabulary"]
+
+
+@lru_cache(maxsize=1)
+def _found() -> dict[str, type[Mechanism]]:
+    modules = [import_module(f"{__name__}.{info.name}") for info in iter_modules(__path__)]
+    classes = [
+        thing
+        for module in modules
+        for thing in vars(module).values()
+        if isinstance(thing, type) and thing.__module__ == module.__name__
+    ]
+    classes += [point.load() for point in entry_points(group=GROUP)]
+    concrete = (c for c in classes if issubclass(c, Mechanism) and not isabstract(c))
+    return {c.name: c for c in sorted(concrete, key=lambda c: c.name)}
+
+
+def vocabulary() -> dict[str, type[Mechanism]]:
+    """Return every mechanism there is by its name, in alphabetical order."""
+    return dict(_found())
+
+
+def from_json(data: Mapping[str, Any]) -> Mechanism:
+    """Return the mechanism that ``Mechanism.as_json`` described.
+
+    Raises:
+        ModelError: no such mechanism, a value it does not have, or no location.
+    """
+    name = data.get("mechanism")
+    if name not in _found():
+        raise ModelError(f"no mechanism '{name}'; there are {available(_found())}")
+    if not isinstance(data.get("location"), str):
+        raise ModelError(f"{name}: no location, such as storey1 or acc_floor1")
+    empty = _found()[name](data["location"])
+    known = empty.as_json()["values"]
+    values = data.get("values", {})
+    for key, value in values.items():
+        if key not in known:
+            raise ModelError(f"{name}: no value '{key}'; there are {available(known)}")
+        if not isinstance(value, int | float):
+            raise ModelError(f"{name}: '{key}' must be a number, not {value!r}")
+    return empty.with_values({key: float(value) for key, value in values.items()})
+
+
+def places(cls: type[Mechanism], model_floors: Iterable[str], channels: Iterable[str]) -> list[str]:
+    """Return all places that a mechanism can be at.
+
+    Args:
+        cls: of the mechanism.
+        model_floors: "floor1", "floor2", ...
+        channels: of the recordings; a pendulum is there if one is its ("angle_pendulum").
+    """
+    floors, names = list(model_floors), list(channels)
+    if cls.where == "storey":
+        return [f"storey{floor.removeprefix('floor')}" for floor in floors]
+    if cls.where == "floor":
+        return [*floors, "ground"] if issubclass(cls, Disturbance) else floors
+    if cls.where == "ground":
+        return ["ground"]
+    if cls.where == "pendulum":
+        return ["pendulum"] if any(name.endswith("_pendulum") for name in names) else []
+    kinds = cls.of_channels if issubclass(cls, ChannelFault) else ()
+    faulty = [name for name in names if name.startswith(kinds)] if kinds else []
+    if cls.where == "channels":
+        return ["+".join(pair) for pair in combinations(faulty, 2)]
+    return faulty

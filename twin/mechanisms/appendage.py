@@ -1,0 +1,113 @@
+"""Something that hangs on a floor and swings by itself: a cable tray, a pipe, a loose panel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+from scipy import signal
+
+from twin.mechanisms.edits import body_of
+from twin.mechanisms.mechanism import Surroundings, floor_vector
+from twin.mechanisms.slight import SlightChange
+from twin.parameter import Parameter
+from twin.second_order import SecondOrderModel
+
+Array = NDArray[np.float64]
+
+LIGHT_HZ = (0.4, 40.0)
+LIGHT_COUNT = 90
+"""Grid of frequencies for very light ones: one in twenty."""
+
+
+@dataclass(frozen=True)
+class Appendage(SlightChange):
+    """A mass on a spring and a dashpot; adds the coordinate "appendage_floorI", absolute [m].
+
+    Source: the tuned mass of Den Hartog 1934, chapter 3, tuned by nobody.
+    """
+
+    name: ClassVar[str] = "appendage"
+    verdict: ClassVar = "missing_physics"
+    where: ClassVar = "floor"
+    parameters: ClassVar = {
+        "mass": Parameter("kg", "mass that swings", "log"),
+        "frequency": Parameter("Hz", "its own, the floor held fast", "log"),
+        "damping_ratio": Parameter("1", "its own, the floor held fast", "log"),
+    }
+    valleys: ClassVar[int] = 7  # one at every frequency, and a slight one
+    reference: ClassVar[str] = "Den Hartog 1934, Mechanical Vibrations"
+    stage: ClassVar[int] = 2
+
+    mass: float = 0.0
+    frequency: float = 1.0
+    damping_ratio: float = 0.01
+
+    @property
+    def stiffness(self) -> float:
+        """Of the spring [N/m]."""
+        return (2 * np.pi * self.frequency) ** 2 * self.mass
+
+    @property
+    def damping(self) -> float:
+        """Of the dashpot [N s/m]."""
+        return 4 * np.pi * self.frequency * self.damping_ratio * self.mass
+
+    def edit(self, model: SecondOrderModel) -> SecondOrderModel:
+        """Return the matrices with one more coordinate, the last."""
+        b = np.append(-floor_vector(model, self.place), 1.0)
+        own = np.zeros(len(b))
+        own[-1] = 1.0
+        M, R, K = (np.pad(matrix, (0, 1)) for matrix in (model.M, model.R, model.K))
+        return SecondOrderModel(
+            M + self.mass * np.outer(own, own),
+            R + self.damping * np.outer(b, b),
+            K + self.stiffness * np.outer(b, b),
+            (*model.coordinates, f"{self.name}_{self.place}"),
+        )
+
+    def apply(self, spec: mujoco.MjSpec) -> None:
+        """Add a body on a slide; floors do not rotate, so its inertia is of no account."""
+        floor = body_of(spec, self.place)
+        if not self.mass:
+            return
+        label = f"{self.name}_{self.place}"
+        body = floor.add_body(name=label, mass=self.mass, inertia=[1e-4 * self.mass] * 3)
+        body.explicitinertial = True
+        body.ipos = [0, 0, 0]
+        joint = body.add_joint(name=label, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[1, 0, 0])
+        joint.stiffness = [self.stiffness, 0.0, 0.0]
+        joint.damping = [self.damping, 0.0, 0.0]
+
+    @classmethod
+    def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:
+        """Return light ones: what stands out first, then at and between the frame's modes."""
+        own = np.sort(np.asarray(around.natural_frequencies, float))
+        between = np.sqrt(own[1:] * own[:-1])
+        tuned = np.concatenate([around.peaks, own[:4], between[:3]]) if len(own) else np.ones(1)
+        return tuple(
+            cls(place, share * around.mass, float(frequency), 0.03)
+            for frequency in tuned
+            for share in (0.01, 0.05)
+        )
+
+    @classmethod
+    def light(cls, place: str, around: Surroundings) -> tuple[Self, ...]:
+        """Return very light ones at every frequency, lightly and well damped."""
+        return tuple(
+            cls(place, 1e-3 * around.mass, float(frequency), ratio)
+            for frequency in np.geomspace(*LIGHT_HZ, LIGHT_COUNT)
+            for ratio in (0.006, 0.04)
+        )
+
+    def reaction(self, rate: Array, step_s: float) -> Array:
+        """Return m times its acceleration, as the floor's acceleration drives it [N]."""
+        w = 2 * np.pi * self.frequency
+        damper, spring, c = 2 * self.damping_ratio * w * 2 / step_s, w**2, 4 / step_s**2
+        # (d s + w^2) / (s^2 + d s + w^2) with s = 2/T (z - 1)/(z + 1), Tustin
+        b = [damper + spring, 2 * spring, spring - damper]
+        a = [c + damper + spring, 2 * (spring - c), c - damper + spring]
+        return np.asarray(self.mass * signal.lfilter(b, a, np.gradient(rate, step_s)))

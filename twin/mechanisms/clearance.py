@@ -1,0 +1,81 @@
+"""Play: a connection that bears only once its slack is taken up."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
+
+import mujoco
+import numpy as np
+
+from twin.mechanisms.edits import add_drift_tendon
+from twin.mechanisms.mechanism import Law, Surroundings
+from twin.mechanisms.scales import TINY, peak
+from twin.parameter import Parameter
+
+
+def law(
+    drift: Any, rate: Any, memory: Any, time: Any, stiffness: Any, gap: Any, replaced: Any
+) -> Any:
+    """Return the force of the part, less what it takes over [N]."""
+    beyond = np.maximum(drift - np.abs(gap), 0.0) + np.minimum(drift + np.abs(gap), 0.0)
+    return stiffness * beyond - replaced * drift
+
+
+@dataclass(frozen=True)
+class Clearance(Law):
+    """f = stiffness deadzone(d, gap) - replaced d, with deadzone(d, g) = d - clip(d, -g, g).
+
+    With ``replaced`` = ``stiffness`` a part of the storey's own stiffness has play; with
+    ``replaced`` = 0 it is a brace that was added and has play.
+
+    Source: Shaw and Holmes 1983; backlash as in Nordin and Gutman 2002.
+    """
+
+    name: ClassVar[str] = "clearance"
+    verdict: ClassVar = "missing_physics"
+    where: ClassVar = "storey"
+    parameters: ClassVar = {
+        "stiffness": Parameter("N/m", "of the part that has play", "log"),
+        "gap": Parameter("m", "play to either side", "log"),
+        "replaced": Parameter("N/m", "of the storey's own stiffness that the part takes over"),
+    }
+    reference: ClassVar[str] = "Shaw and Holmes 1983; Nordin and Gutman 2002"
+    abrupt: ClassVar[bool] = True
+
+    stiffness: float = 0.0
+    gap: float = 1e-3
+    replaced: float = 0.0
+
+    def scaled(self, factor: float) -> Self:
+        """Return a part ``factor`` times as stiff, taking over as much more."""
+        return self._times(factor, "stiffness", "replaced")
+
+    law = staticmethod(law)
+
+    def priors(self) -> dict[str, tuple[float, float]]:
+        """It is most likely a part of the storey itself that has play.
+
+        It is held to the stiffness that a fit starts from; its rounds follow.
+        """
+        own = max(self.stiffness, TINY)
+        return {"replaced": (own, 0.5 * own)}
+
+    def apply(self, spec: mujoco.MjSpec) -> None:
+        """Add a tendon whose spring has a dead range, and one that takes stiffness away."""
+        tendon = add_drift_tendon(spec, self.place, self.name)
+        tendon.stiffness = [self.stiffness, 0.0, 0.0]
+        tendon.springlength = [-abs(self.gap), abs(self.gap)]
+        if self.replaced:
+            less = add_drift_tendon(spec, self.place, f"{self.name}_replaced")
+            less.stiffness = [-self.replaced, 0.0, 0.0]
+
+    @classmethod
+    def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:
+        """Return parts of a tenth to most of the storey, with little to much play."""
+        far = peak(around.drift)
+        return tuple(
+            cls(place, share * around.stiffness, part * far, share * around.stiffness)
+            for share in (0.1, 0.3, 0.7)
+            for part in (0.02, 0.1, 0.3, 0.7)
+        )

@@ -1,0 +1,300 @@
+"""The abstract families of mechanisms: what a frame may have that its model has not.
+
+A mechanism has a place and parameters. It says twice what it does, once as an edit of the MuJoCo
+model (``apply``) and once as mathematics (``edit``, ``force``, ``distort``), so that estimators can
+work with it without a simulation; a test holds the two together. With the drift d of a storey, its
+rate v and the time t, the equation of motion of a frame with mechanisms is
+
+    M x'' + R x' + K x + sum_j b_j f_j(d_j, v_j, z_j, t) = T u,     d_j = b_j^T x,
+
+where structural changes edit M, R, K and may add coordinates, and laws add forces f_j. Channel
+faults leave the motion alone and change what is recorded of it.
+
+Parameter values may be arrays that broadcast against the motion: many variants in one evaluation.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields, replace
+from typing import Any, ClassVar, Literal, Self
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.errors import ModelError, available
+from twin.parameter import Parameter
+from twin.second_order import SecondOrderModel
+
+Array = NDArray[np.float64]
+Verdict = Literal["parameter", "missing_physics", "measurement", "unexplained"]
+Where = Literal["storey", "floor", "ground", "channel", "channels", "pendulum"]
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What is known at a place before a mechanism there is fitted: scales for its first guesses.
+
+    Attributes:
+        stiffness: of the storey, or the modal stiffness scale of the floor [N/m].
+        damping: of the storey or floor, the equivalent dashpot [N s/m].
+        mass: of the floor above, all of the floor (at the ground: of the ground) [kg].
+        mass_above: this floor and all above it [kg].
+        height: of the storey [m].
+        drift: estimated drift of the storey, or displacement of the floor [m], (samples,).
+        rate: its rate [m/s], (samples,).
+        reading: for a channel, what it recorded, in its unit, (samples,).
+        natural_frequencies: of the model [Hz].
+        duration_s: of the longest recording [s].
+        sampling_hz: of the recordings.
+        peaks: frequencies at which what is unexplained stands out [Hz].
+    """
+
+    stiffness: float
+    damping: float
+    mass: float
+    mass_above: float
+    height: float
+    drift: Array
+    rate: Array
+    reading: Array
+    natural_frequencies: tuple[float, ...]
+    duration_s: float
+    sampling_hz: float
+    peaks: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class Mechanism(ABC):
+    """One piece of physics at one place.
+
+    Attributes:
+        place: "storey1", "floor2", "ground", "pendulum", a channel, or "channel_a+channel_b".
+    """
+
+    name: ClassVar[str]
+    verdict: ClassVar[Verdict]
+    where: ClassVar[Where]
+    parameters: ClassVar[Mapping[str, Parameter]]
+    reference: ClassVar[str]
+    mjcf: ClassVar[str] = ""
+    """What the exported MJCF cannot hold of it, or empty."""
+    generic: ClassVar[bool] = False
+    """True for what stands for no physics of its own and is tried only when nothing else fits."""
+    stage: ClassVar[int] = 1
+    """Mechanisms of a lower stage edit first: masses and the base before what depends on them."""
+    valleys: ClassVar[int] = 1
+    """How many of its first guesses are worth following: more where the likelihood has valleys."""
+    steps: ClassVar[int] = 3
+    """How many Gauss-Newton steps each is followed for: more along curved ridges."""
+    prior: ClassVar[Mapping[str, tuple[float, float]]] = {}
+    """What is known of a parameter beforehand: mean and standard deviation."""
+    fields_of: ClassVar[Mapping[str, str]] = {}
+    """The field that holds a parameter, where the parameter's name is that of a method."""
+
+    place: str
+
+    def priors(self) -> Mapping[str, tuple[float, float]]:
+        """Return mean and deviation of parameters known beforehand, of logarithms where scaled."""
+        return self.prior
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The parameters' values by name."""
+        return {name: getattr(self, self.fields_of.get(name, name)) for name in self.parameters}
+
+    def with_values(self, values: Mapping[str, Any]) -> Self:
+        """Return the mechanism with other parameter values (floats or arrays)."""
+        return replace(self, **{self.fields_of.get(n, n): v for n, v in values.items()})
+
+    def scaled(self, factor: float) -> Self:
+        """Return the mechanism with its effect ``factor`` times as strong.
+
+        The first parameter is the strength, unless the family says otherwise.
+        """
+        return self._times(factor, next(iter(self.parameters)))
+
+    def _times(self, factor: float, *names: str) -> Self:
+        return self.with_values({name: factor * self.values[name] for name in names})
+
+    def as_json(self) -> dict[str, Any]:
+        """Return name, place and all fields as plain types; ``mechanisms.from_json`` reads it."""
+        names = {field: name for name, field in self.fields_of.items()}
+        values = {names.get(f.name, f.name): getattr(self, f.name) for f in fields(self)}
+        plain = {name: float(value) for name, value in values.items() if name != "place"}
+        return {"mechanism": self.name, "location": self.place, "values": plain}
+
+    @classmethod
+    @abstractmethod
+    def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:
+        """Return first guesses at a place: only where a fit starts, never what decides."""
+
+    def apply(self, spec: mujoco.MjSpec) -> None:  # noqa: B027 - channel faults edit nothing
+        """Edit the MuJoCo model.
+
+        Raises:
+            ModelError: the model has no such place; the message lists those it has.
+        """
+
+
+@dataclass(frozen=True)
+class StructuralChange(Mechanism):
+    """A linear change of the structure: an edit of M, R, K that may add coordinates."""
+
+    @abstractmethod
+    def edit(self, model: SecondOrderModel) -> SecondOrderModel:
+        """Return the matrices with the change.
+
+        Raises:
+            ModelError: the model has no such place.
+        """
+
+
+@dataclass(frozen=True)
+class Law(Mechanism):
+    """A force against the drift of a storey (or the motion of a floor) that is not linear in it.
+
+    Attributes of the class:
+        memory: 1 where the law has an internal state, else 0.
+        abrupt: True where the force has corners, so that an integration needs finer steps.
+        sticks: True for dry friction; its numbers: its force, the rate that ``law`` blurs it by.
+        approximate: True where native MuJoCo elements only come near the law.
+    """
+
+    memory: ClassVar[int] = 0
+    abrupt: ClassVar[bool] = False
+    sticks: ClassVar[bool] = False
+    approximate: ClassVar[bool] = False
+
+    law: ClassVar[Callable[..., Any]]
+    """f(drift, rate, memory, time, *numbers), for numbers and for arrays that broadcast alike."""
+    flow: ClassVar[Callable[..., Any] | None] = None
+    """z(memory, before, after, *numbers): the internal state after a change of drift."""
+
+    @property
+    def numbers(self) -> tuple[Any, ...]:
+        """Every field but the place, in order: the law's last arguments."""
+        return tuple(getattr(self, f.name) for f in fields(self) if f.name != "place")
+
+    def force(self, drift: Array, rate: Array, memory: Array, time: Array | float) -> Array:
+        """Return the force that opposes positive drift [N], broadcast over the motion."""
+        return np.asarray(type(self).law(drift, rate, memory, time, *self.numbers))
+
+    def remember(self, memory: Array, before: Array, after: Array) -> Array:
+        """Return the internal state after the drift went from ``before`` to ``after``."""
+        flow = type(self).flow
+        return memory if flow is None else np.asarray(flow(memory, before, after, *self.numbers))
+
+
+@dataclass(frozen=True)
+class Disturbance(Mechanism):
+    """An unmeasured force (on the ground: an acceleration): white noise through a filter."""
+
+    @abstractmethod
+    def oscillator(self) -> tuple[float, float, float]:
+        """Return frequency [Hz], bandwidth [Hz] and rms [N, or m/s^2 at the ground]."""
+
+    @abstractmethod
+    def shaping(self) -> tuple[Array, Array, Array]:
+        """Return A (k, k), b (k,) and c (k,): s' = A s + b w, the force is c^T s."""
+
+
+@dataclass(frozen=True)
+class ChannelFault(Mechanism):
+    """What an instrument does to its channel.
+
+    A fault states its forward law on whole histories (``distort``) and, where it can be taken back
+    without loss, the inverse (``undo``). One that cannot is either a filter (``filter_hz``) or a
+    limit (``limit``).
+
+    Attributes of the class:
+        of_channels: how the names of the channels begin that can have it.
+        of_motor: True where not an instrument is at fault but a motor: ``distort`` then turns what
+            was commanded, and recorded, into what the motor delivers, and nothing is undone.
+    """
+
+    of_channels: ClassVar[tuple[str, ...]] = ("acc_", "disp_")
+    of_motor: ClassVar[bool] = False
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """The channels that are faulty."""
+        return tuple(self.place.split("+"))
+
+    @abstractmethod
+    def distort(self, columns: Mapping[str, Array], rate_hz: float) -> dict[str, Array]:
+        """Return the channels as the faulty instrument records them, each (samples,).
+
+        Raises:
+            ModelError: there is no such channel; the message lists those there are.
+        """
+
+    def undo(self, columns: Mapping[str, Array], rate_hz: float) -> dict[str, Array]:
+        """Return the channels as a sound instrument would have recorded them."""
+        return dict(columns)
+
+    def log_volume(self) -> float:
+        """Return log |d(undone)/d(recorded)| a sample, which a likelihood of outputs needs."""
+        return 0.0
+
+    def filter_hz(self) -> float | None:
+        """Return the corner of a first-order high-pass in the channel [Hz], if it is one."""
+        return None
+
+    def limit(self) -> float | None:
+        """Return the end of the channel's range, if it clips."""
+        return None
+
+    def _change(
+        self, columns: Mapping[str, Array], function: Callable[[Array], Array]
+    ) -> dict[str, Array]:
+        """Return the channels with a function applied to those that are faulty."""
+        for channel in self.channels:
+            if channel not in columns:
+                raise ModelError(f"no channel '{channel}'; there are {available(columns)}")
+        changed = {name: function(columns[name]) for name in self.channels}
+        return {**columns, **changed}
+
+
+def storey_vector(model: SecondOrderModel, place: str) -> Array:
+    """Return b with drift = b^T x for "storeyI", (n,).
+
+    Raises:
+        ModelError: no such storey.
+    """
+    number = _number(place, "storey", model)
+    b = np.zeros(len(model.coordinates))
+    b[model.coordinates.index(f"floor{number}")] = 1.0
+    below = f"floor{number - 1}" if number > 1 else "ground"
+    if below in model.coordinates:
+        b[model.coordinates.index(below)] = -1.0
+    return b
+
+
+def floor_vector(model: SecondOrderModel, place: str) -> Array:
+    """Return b with displacement = b^T x for a place, (n,). Raises ModelError: no such place."""
+    if place not in model.coordinates:
+        _number(place, "floor", model)
+    b = np.zeros(len(model.coordinates))
+    b[model.coordinates.index(place)] = 1.0
+    return b
+
+
+def _number(place: str, kind: str, model: SecondOrderModel) -> int:
+    floors = [c for c in model.coordinates if c.startswith("floor")]
+    numbers = {f"{kind}{c.removeprefix('floor')}": int(c.removeprefix("floor")) for c in floors}
+    if place not in numbers:
+        raise ModelError(f"no place '{place}'; there are {', '.join(numbers)}")
+    return numbers[place]
+
+
+def at_pendulum(mechanism: Mechanism) -> None:
+    """Check that a mechanism is at the pendulum.
+
+    Raises:
+        ModelError: it is elsewhere.
+    """
+    if mechanism.place != "pendulum":
+        raise ModelError(f"no place '{mechanism.place}' for {mechanism.name}; there is pendulum")

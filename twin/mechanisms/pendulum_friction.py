@@ -1,0 +1,58 @@
+"""Dry friction in the pendulum's bearing and gear."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
+
+import mujoco
+import numpy as np
+
+from twin.mechanisms.edits import add_friction, pendulum_joint
+from twin.mechanisms.mechanism import Law, Surroundings, at_pendulum
+from twin.mechanisms.scales import rms
+from twin.parameter import Parameter
+
+
+def law(drift: Any, rate: Any, memory: Any, time: Any, torque: Any, regular_rate: Any) -> Any:
+    """Return T tanh(rate / regular_rate) [N m]."""
+    return torque * np.tanh(rate / regular_rate)
+
+
+@dataclass(frozen=True)
+class PendulumFriction(Law):
+    """Torque = T sign(rate) against the pendulum's angle; as mathematics T tanh(rate/regular_rate).
+
+    Here ``drift`` is the angle [rad] and ``rate`` its rate [rad/s].
+
+    Attributes:
+        regular_rate: rate below which the torque falls off [rad/s]; not fitted.
+
+    Source: Coulomb 1785.
+    """
+
+    name: ClassVar[str] = "pendulum_friction"
+    verdict: ClassVar = "missing_physics"
+    where: ClassVar = "pendulum"
+    parameters: ClassVar = {"torque": Parameter("N m", "that resists turning", "log")}
+    reference: ClassVar[str] = "Coulomb 1785"
+    abrupt: ClassVar[bool] = True
+
+    torque: float = 0.0
+    regular_rate: float = 1e-3
+
+    law = staticmethod(law)
+
+    def apply(self, spec: mujoco.MjSpec) -> None:
+        """Give the hinge dry friction, over what it has."""
+        at_pendulum(self)
+        joint = pendulum_joint(spec)
+        if self.torque:
+            add_friction(spec, joint, float(joint.frictionloss) + self.torque)
+
+    @classmethod
+    def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:
+        """Return shares of the hinge's torque at the RMS angle."""
+        scale = around.stiffness * rms(around.drift)
+        slow = 0.01 * rms(around.rate)
+        return tuple(cls(place, share * scale, slow) for share in (1e-3, 1e-2, 0.1, 0.5))

@@ -1,0 +1,68 @@
+"""A channel whose range is too small."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+
+from twin.mechanisms.mechanism import Array, ChannelFault, Surroundings
+from twin.mechanisms.scales import peak, range_ends
+from twin.parameter import Parameter
+
+READ_OFF = 0.005
+"""Standard deviation of the logarithm of a level at which readings pile up."""
+
+
+@dataclass(frozen=True)
+class SensorClipping(ChannelFault):
+    """Recorded = true, held within plus and minus ``level``; it cannot be undone.
+
+    Attributes:
+        expected: level at which readings pile up, or NaN; not fitted.
+
+    Source: censored observations, Tobin 1958.
+    """
+
+    name: ClassVar[str] = "sensor_clipping"
+    verdict: ClassVar = "measurement"
+    where: ClassVar = "channel"
+    parameters: ClassVar = {"level": Parameter("the channel's", "end of its range", "log")}
+    reference: ClassVar[str] = "Tobin 1958"
+    mjcf: ClassVar[str] = "a channel's fault is not part of the model"
+
+    level: float = np.inf
+    expected: float = np.nan
+
+    def priors(self) -> dict[str, tuple[float, float]]:
+        """Where readings pile up, the range ends."""
+        if not np.isfinite(self.expected):
+            return {}
+        return {"level": (float(np.log(self.expected)), READ_OFF)}
+
+    def scaled(self, factor: float) -> Self:
+        """Return a range ``factor`` times as small."""
+        return self._times(1 / factor, "level")
+
+    def distort(self, columns: Mapping[str, Array], rate_hz: float) -> dict[str, Array]:
+        """Return the channels, clipped."""
+        return self._change(columns, lambda x: np.clip(x, -self.level, self.level))
+
+    def limit(self) -> float:
+        """Return the level."""
+        return self.level
+
+    @classmethod
+    def piled(cls, place: str, reading: Array) -> Self | None:
+        """Return the range that ends where readings pile up, None where they do not."""
+        if (ends := range_ends(reading)) is None:
+            return None
+        level = max(map(abs, ends))
+        return cls(place, level, level)
+
+    @classmethod
+    def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:
+        """Return where readings pile up, else the largest: one that clips has reached its end."""
+        return (cls.piled(place, around.reading) or cls(place, peak(around.reading)),)

@@ -1,0 +1,49 @@
+"""A channel that loses the slow part: an AC-coupled input, a piezoelectric sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import pi
+from typing import ClassVar, Self
+
+import numpy as np
+from scipy.signal import lfilter
+
+from twin.mechanisms.mechanism import Array, ChannelFault, Surroundings
+from twin.parameter import Parameter
+
+
+@dataclass(frozen=True)
+class SensorHighpass(ChannelFault):
+    """Recorded = s/(s + 2 pi corner) true; as samples by the bilinear rule, from rest.
+
+    Source: AC coupling, IEC 61672; discretised as in Oppenheim and Schafer.
+    """
+
+    name: ClassVar[str] = "sensor_highpass"
+    verdict: ClassVar = "measurement"
+    where: ClassVar = "channel"
+    parameters: ClassVar = {"corner": Parameter("Hz", "below which it loses", "log")}
+    reference: ClassVar[str] = "Oppenheim and Schafer, Discrete-Time Signal Processing"
+    mjcf: ClassVar[str] = "a channel's fault is not part of the model"
+
+    corner: float = 0.0
+
+    def distort(self, columns: Mapping[str, Array], rate_hz: float) -> dict[str, Array]:
+        """Return the channels, filtered."""
+        if not self.corner:
+            return dict(columns)
+        half = pi * self.corner / rate_hz
+        b, a = [1 / (1 + half), -1 / (1 + half)], [1.0, (half - 1) / (half + 1)]
+        return self._change(columns, lambda x: np.asarray(lfilter(b, a, x)))
+
+    def filter_hz(self) -> float:
+        """Return the corner."""
+        return self.corner
+
+    @classmethod
+    def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:
+        """Return corners from far below the first frequency to just above."""
+        first = min(around.natural_frequencies, default=1.0)
+        return tuple(cls(place, share * first) for share in (0.02, 0.1, 0.4, 1.5))

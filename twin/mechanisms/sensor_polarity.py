@@ -1,0 +1,43 @@
+"""A sensor that is mounted the wrong way round."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+
+from twin.mechanisms.mechanism import Array, ChannelFault, Surroundings
+
+
+@dataclass(frozen=True)
+class SensorPolarity(ChannelFault):
+    """Recorded = -true.
+
+    Source: ISO 5348, mounting of accelerometers.
+    """
+
+    name: ClassVar[str] = "sensor_polarity"
+    verdict: ClassVar = "measurement"
+    where: ClassVar = "channel"
+    parameters: ClassVar = {}
+    reference: ClassVar[str] = "ISO 5348"
+    mjcf: ClassVar[str] = "a channel's fault is not part of the model"
+
+    def scaled(self, factor: float) -> Self:
+        """Return the fault as it is: there is no more or less of it."""
+        return self
+
+    def distort(self, columns: Mapping[str, Array], rate_hz: float) -> dict[str, Array]:
+        """Return the channels with the sign turned."""
+        return self._change(columns, np.negative)
+
+    def undo(self, columns: Mapping[str, Array], rate_hz: float) -> dict[str, Array]:
+        """Return the channels with the sign turned back."""
+        return self._change(columns, np.negative)
+
+    @classmethod
+    def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:
+        """Return the one there is."""
+        return (cls(place),)

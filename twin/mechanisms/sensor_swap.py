@@ -1,0 +1,48 @@
+"""Two cables that were exchanged."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+from twin.errors import ModelError, available
+from twin.mechanisms.mechanism import Array, ChannelFault, Surroundings
+
+
+@dataclass(frozen=True)
+class SensorSwap(ChannelFault):
+    """Each of two channels carries the other's signal; the place is "acc_floor1+acc_floor2".
+
+    Source: ISO 5348, mounting of accelerometers.
+    """
+
+    name: ClassVar[str] = "sensor_swap"
+    verdict: ClassVar = "measurement"
+    where: ClassVar = "channels"
+    parameters: ClassVar = {}
+    reference: ClassVar[str] = "ISO 5348"
+    of_channels: ClassVar[tuple[str, ...]] = ("acc_",)
+    mjcf: ClassVar[str] = "a channel's fault is not part of the model"
+
+    def scaled(self, factor: float) -> Self:
+        """Return the fault as it is: there is no more or less of it."""
+        return self
+
+    def distort(self, columns: Mapping[str, Array], rate_hz: float) -> dict[str, Array]:
+        """Return the channels, exchanged."""
+        if len(self.channels) != 2 or not set(self.channels) <= set(columns):
+            raise ModelError(
+                f"'{self.place}' are no two channels, name+name; there are {available(columns)}"
+            )
+        first, second = self.channels
+        return {**columns, first: columns[second], second: columns[first]}
+
+    def undo(self, columns: Mapping[str, Array], rate_hz: float) -> dict[str, Array]:
+        """Return the channels, exchanged back."""
+        return self.distort(columns, rate_hz)
+
+    @classmethod
+    def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:
+        """Return the one there is."""
+        return (cls(place),)
