@@ -7,14 +7,9 @@ import pytest
 from diagnosis_support import RATE, lumped, recorded, rng, tones
 
 from twin.diagnosis.prepare import prepare
-<<<<<<< HEAD
 from twin.errors import ModelError, RecordingError
-from twin.model import Twin
-from twin.physics.scales import range_ends
-=======
-from twin.errors import RecordingError
 from twin.mechanisms.scales import range_ends
->>>>>>> 56b0137 (The mechanisms' room: twin.physics becomes twin.mechanisms)
+from twin.model import Twin
 from twin.recording import Recording
 
 SAMPLES = 1024
