@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
 from twin.arrays import frozen
+from twin.errors import ModelError
 from twin.modal import ModalModel, poles_to_modal
+from twin.model.port import GROUND, Port, PortKind, distinct, find_port
 from twin.state_space import StateSpace
 
 Array = NDArray[np.float64]
+PENDULUM = "pendulum"
+FLOOR = "floor"
 
 
 @dataclass(frozen=True)
@@ -41,6 +45,92 @@ class SecondOrderModel:
                 raise ValueError(
                     f"{name} has shape {getattr(self, name).shape}, expected ({n}, {n})"
                 )
+
+    @property
+    def ports(self) -> dict[str, Port]:
+        """Every coordinate ("floor1") and the drift of every storey ("storey1"), by name."""
+        rows = dict(zip(self.coordinates, np.eye(len(self.coordinates)), strict=True))
+        floors = [name for name in self.coordinates if name.startswith(FLOOR)]
+        found, below = {}, rows.get(GROUND, np.zeros(len(self.coordinates)))
+        for name in floors:
+            storey = f"storey{name.removeprefix(FLOOR)}"
+            found[storey] = Port(storey, "drift", rows[name] - below, "m", f"joint {storey}")
+            below = rows[name]
+        for name, row in rows.items():
+            if name == PENDULUM:
+                found[name] = Port(name, "drift", row, "rad", f"joint {name}")
+            else:
+                found[name] = Port(name, "motion", row, "m", f"body {name}", np.eye(3)[0])
+        return found
+
+    def port(self, name: str) -> Array:
+        """Return the row b with a port's motion = b^T x, (n,); "A-B" is a relative motion.
+
+        Raises:
+            ModelError: there is no such port; the message lists those there are.
+        """
+        return find_port(self.ports, name).row
+
+    def places(self, kind: PortKind) -> tuple[str, ...]:
+        """Return the names of the places where a structural mechanism of a kind can sit."""
+        if kind == "body":
+            return tuple(name for name in self.coordinates if name.startswith(FLOOR))
+        if kind == "base":
+            return () if GROUND in self.coordinates else (GROUND,)
+        return distinct(self.ports, kind)
+
+    def adding(
+        self,
+        *,
+        M: Array | float = 0.0,
+        R: Array | float = 0.0,
+        K: Array | float = 0.0,
+        along: Array | None = None,
+    ) -> SecondOrderModel:
+        """Return the model with matrices (n, n) added, or with numbers times along along^T."""
+        outer = np.ones(()) if along is None else np.outer(along, along)
+        return replace(self, M=self.M + M * outer, R=self.R + R * outer, K=self.K + K * outer)
+
+    def hanging(
+        self, name: str, at: str, mass: float, damping: float, stiffness: float
+    ) -> SecondOrderModel:
+        """Return the model with a mass on a spring and a dashpot at a port.
+
+        The new coordinate, the last, is the mass's displacement, counted as the port's.
+        """
+        own = np.eye(len(self.coordinates) + 1)[-1]
+        stretch = own - np.append(self.port(at), 0.0)
+        M, R, K = (np.pad(matrix, (0, 1)) for matrix in (self.M, self.R, self.K))
+        grown = SecondOrderModel(M, R, K, (*self.coordinates, name))
+        return grown.adding(M=mass, along=own).adding(R=damping, K=stiffness, along=stretch)
+
+    def on_base(
+        self, name: str, axis: str, damping: float, stiffness: float, mass: float | None = None
+    ) -> SecondOrderModel:
+        """Return the model on a base that gives way; the coordinate comes before the pendulum's.
+
+        The clamped model has no coordinate for the ground. Its forces do not change when all moves
+        together, which gives the base's rows: K_gx = -1^T K, K_gg = 1^T K 1 + stiffness. Mass
+        between the base and the first floor counts as the floor's.
+
+        Raises:
+            ModelError: the axis is not x, the ground moves already, or no mass is given.
+        """
+        if axis != "x" or mass is None:
+            raise ModelError("the base of a chain of storeys moves along x, with a mass of its own")
+        if GROUND in self.coordinates:
+            raise ModelError(
+                "the ground moves already, on a support of its own; it cannot give way"
+            )
+        n = len(self.coordinates)
+        at = self.coordinates.index(PENDULUM) if PENDULUM in self.coordinates else n
+        together = np.array([float(c != PENDULUM) for c in self.coordinates])
+        relative = np.insert(np.eye(n), at, -together, axis=1)
+        M = np.insert(np.insert(self.M, at, 0.0, axis=0), at, 0.0, axis=1)
+        R, K = relative.T @ self.R @ relative, relative.T @ self.K @ relative
+        names = (*self.coordinates[:at], name, *self.coordinates[at:])
+        own = np.eye(n + 1)[at]
+        return SecondOrderModel(M, R, K, names).adding(M=mass, R=damping, K=stiffness, along=own)
 
     def state_matrix(self) -> Array:
         """Return the continuous-time state matrix for the state [x, x'], (2n, 2n)."""
