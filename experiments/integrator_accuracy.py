@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
-from twin.frame import SHIPPED
+from twin.frame import PLANE
 from twin.modal import poles_to_modal
 from twin.model import Twin
 
@@ -92,14 +92,14 @@ def main() -> None:
     heads = ("frequency error [%]", "damping error [%]", f"within {LIMIT} %")
     table = Table("model", "ground", *heads, title="models as shipped")
     worst = 0.0
-    for name in SHIPPED:
+    for name in PLANE:
         twin = Twin.load(name)
         worst = max(worst, _row(table, (name, "clamped"), twin))
         worst = max(worst, _row(table, (name, "released"), twin.released()))
     console.print(table)
     console.print(f"largest error: {worst:.5f} %\n")
     table = Table("model", "physics rate [Hz]", *heads, title="other steps, ground clamped")
-    for name in SHIPPED:
+    for name in PLANE:
         for step in STEPS:
             _row(table, (name, f"{1 / step:g}"), with_step(Twin.load(name), step))
     console.print(table)

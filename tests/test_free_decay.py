@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from twin.frame import SHIPPED, FrameDesign, Pendulum
+from twin.frame import PLANE, FrameDesign, Pendulum
 from twin.model import Twin
 from twin.model_files import shipped
 
@@ -29,7 +29,7 @@ def test_the_estimate_is_exact_for_a_sum_of_damped_modes():
 
 
 @pytest.mark.parametrize("released", [False, True])
-@pytest.mark.parametrize("name", SHIPPED)
+@pytest.mark.parametrize("name", PLANE)
 def test_free_decay_has_the_eigenvalues_within_0_02_percent(name, released):
     twin = Twin.load(name)
     freq, damping = accuracy.errors(twin.released() if released else twin)
@@ -56,12 +56,12 @@ def test_the_integrator_that_a_file_asks_for_does_not_spoil_the_motion(integrato
     assert np.max(np.abs([freq, damping])) < 1e-3
 
 
-@pytest.mark.parametrize("name", SHIPPED)
+@pytest.mark.parametrize("name", PLANE)
 def test_the_file_in_plain_mujoco_has_the_same_frequencies(name):
     model = mujoco.MjModel.from_xml_path(str(shipped(name)))
     data = mujoco.MjData(model)
     places = [f"acc_{place}" for place in Twin.load(name).floors]
-    places += ["angle_pendulum"] * (SHIPPED[name].pendulum is not None)
+    places += ["angle_pendulum"] * (PLANE[name].pendulum is not None)
     address = [model.sensor(place).adr[0] for place in places]
     decay = np.empty((16000, len(address)))
     data.ctrl[model.actuator("force_floor1").id] = 2e-2

@@ -33,19 +33,20 @@ def _geom(body: Element, kind: str, **attributes: Value) -> None:
     add(body, "geom", type=kind, **attributes)
 
 
-def _box(body: Element, material: str, pos: Value, size: Value) -> None:
+def box(body: Element, material: str, pos: Value, size: Value) -> None:
+    """Draw a box of these half sizes [m]."""
     _geom(body, "box", pos=pos, size=size, material=material)
 
 
-def _rod(body: Element, material: str, start: Value, end: Value, radius: float) -> None:
+def rod(body: Element, material: str, start: Value, end: Value, radius: float) -> None:
     """A cylinder from one point to another."""
     assert not isinstance(start, (str, float))
     assert not isinstance(end, (str, float))
     _geom(body, "cylinder", fromto=(*start, *end), size=radius, material=material)
 
 
-def surroundings(document: Document, height: float) -> None:
-    """Add materials, lights, cameras, bench and shaker for a frame of that height [m]."""
+def surroundings(document: Document, height: float, with_shaker: bool = True) -> None:
+    """Add materials, lights, cameras, bench and shaker for a structure of that height [m]."""
     asset = document.section("asset")
     add(
         asset,
@@ -103,7 +104,8 @@ def surroundings(document: Document, height: float) -> None:
         (-0.0931, 0.1716, 0.98),
     )
     add(world, "geom", type="plane", size=(3, 3, 0.1), material="bench")
-    _shaker(world)
+    if with_shaker:
+        _shaker(world)
 
 
 def _camera(
@@ -115,87 +117,87 @@ def _camera(
 def _shaker(world: Element) -> None:
     """The shaker that stands on the bench; its stinger belongs to the ground."""
     z = CLAMP_HEIGHT - BLOCK - PLATE[2]
-    _rod(world, "shaker", (-0.42, 0, z), (-0.32, 0, z), 0.042)
-    _rod(world, "bolt", (-0.32, 0, z), (-0.312, 0, z), 0.02)
-    _box(world, "motor", (-0.37, 0, 0.006), (0.06, 0.05, 0.006))
+    rod(world, "shaker", (-0.42, 0, z), (-0.32, 0, z), 0.042)
+    rod(world, "bolt", (-0.32, 0, z), (-0.312, 0, z), 0.02)
+    box(world, "motor", (-0.37, 0, 0.006), (0.06, 0.05, 0.006))
     for side in (-1, 1):
-        _box(world, "shaker", (-0.37, side * 0.044, z / 2 + 0.006), (0.018, 0.004, z / 2))
+        box(world, "shaker", (-0.37, side * 0.044, z / 2 + 0.006), (0.018, 0.004, z / 2))
 
 
 def ground_geometry(document: Document, ground: Element) -> None:
     """Base plate on rails, blocks that clamp the beams, stinger with load cell, accelerometer."""
     plate = -BLOCK - PLATE[2]
-    _box(ground, "dark_aluminium", (0, 0, plate), PLATE)
+    box(ground, "dark_aluminium", (0, 0, plate), PLATE)
     for side in (-1, 1):
         inner = side * (SPAN / 2 - 0.012)
-        _box(ground, "aluminium", (inner, 0, -BLOCK / 2), (0.012, DEPTH / 2, BLOCK / 2))
+        box(ground, "aluminium", (inner, 0, -BLOCK / 2), (0.012, DEPTH / 2, BLOCK / 2))
         _clamp(ground, side, -BLOCK / 2, BLOCK / 2)
         world = document.section("worldbody")
         rail = CLAMP_HEIGHT - BLOCK - 2 * PLATE[2]
-        _box(world, "steel", (0, side * 0.055, rail / 4), (0.27, 0.010, rail / 4))
+        box(world, "steel", (0, side * 0.055, rail / 4), (0.27, 0.010, rail / 4))
         for end in (-1, 1):
-            _box(
+            box(
                 ground,
                 "motor",
                 (end * 0.15, side * 0.055, rail * 0.75 - CLAMP_HEIGHT),
                 (0.03, 0.016, rail * 0.25),
             )
-    _rod(ground, "brass", (-PLATE[0], 0, plate), (-PLATE[0] - 0.022, 0, plate), 0.010)
-    _rod(ground, "steel", (-PLATE[0] - 0.022, 0, plate), (-0.33, 0, plate), 0.0025)
+    rod(ground, "brass", (-PLATE[0], 0, plate), (-PLATE[0] - 0.022, 0, plate), 0.010)
+    rod(ground, "steel", (-PLATE[0] - 0.022, 0, plate), (-0.33, 0, plate), 0.0025)
     _accelerometer(ground, (PLATE[0] - 0.02, 0, -BLOCK))
 
 
 def _clamp(body: Element, side: int, height: float, half: float) -> None:
     """The plate that holds a beam against a rod's end, with two bolts."""
     outer = side * (SPAN / 2 + 0.0045)
-    _box(body, "dark_aluminium", (outer, 0, height), (0.003, DEPTH / 2, half))
+    box(body, "dark_aluminium", (outer, 0, height), (0.003, DEPTH / 2, half))
     for y in (-0.3 * DEPTH, 0.3 * DEPTH):
         head = side * (SPAN / 2 + 0.0075)
-        _rod(body, "bolt", (head, y, height), (head + side * 0.003, y, height), 0.0035)
+        rod(body, "bolt", (head, y, height), (head + side * 0.003, y, height), 0.0035)
 
 
 def _accelerometer(body: Element, base: tuple[float, float, float]) -> None:
     """An accelerometer block with its plug, standing on a surface, sensitive along x."""
     x, y, z = base
-    _box(body, "sensor", (x, y, z + 0.006), (0.008, 0.008, 0.006))
-    _rod(body, "bolt", (x, y + 0.008, z + 0.006), (x, y + 0.016, z + 0.006), 0.003)
+    box(body, "sensor", (x, y, z + 0.006), (0.008, 0.008, 0.006))
+    rod(body, "bolt", (x, y + 0.008, z + 0.006), (x, y + 0.016, z + 0.006), 0.003)
 
 
 def floor_geometry(floor: Element, storey: Storey, with_motor: bool) -> None:
     """Rod, clamps, accelerometer, hammer's mark, and what is bolted on: weight or motor."""
     half = rod_height(storey) / 2
-    _box(floor, "aluminium", (0, 0, 0), (SPAN / 2, DEPTH / 2, half))
+    box(floor, "aluminium", (0, 0, 0), (SPAN / 2, DEPTH / 2, half))
     for side in (-1, 1):
         _clamp(floor, side, 0, half)
     _accelerometer(floor, (SPAN / 2 - 0.02, 0, half))
     mark = -SPAN / 2 - 0.0075
-    _rod(floor, "mark", (mark - 0.001, 0, 0), (mark, 0, 0), 0.005)
+    rod(floor, "mark", (mark - 0.001, 0, 0), (mark, 0, 0), 0.005)
     extra = storey.floor_mass - ALUMINIUM * SPAN * DEPTH * 2 * half
     if with_motor:
         _motor(floor, half)
     elif extra > 0.05:
         height = extra / (STEEL_DENSITY * 0.12 * DEPTH)
-        _box(floor, "weight", (0, 0, half + height / 2), (0.06, DEPTH / 2, height / 2))
+        box(floor, "weight", (0, 0, half + height / 2), (0.06, DEPTH / 2, height / 2))
         for x in (-0.045, 0.045):
             top = half + height
-            _rod(floor, "bolt", (x, 0, top), (x, 0, top + 0.004), 0.005)
+            rod(floor, "bolt", (x, 0, top), (x, 0, top + 0.004), 0.005)
 
 
 def _motor(floor: Element, half: float) -> None:
     """The brushless motor with its encoder, its shaft along y."""
     x, y, z = PIVOT
-    _box(floor, "dark_aluminium", (x, 0, half + 0.004), (0.04, DEPTH / 2, 0.004))
-    _rod(floor, "motor", (x, -0.022, z), (x, 0.036, z), 0.022)
-    _rod(floor, "sensor", (x, 0.036, z), (x, 0.048, z), 0.016)
-    _rod(floor, "steel", (x, -0.022, z), (x, y - 0.007, z), 0.004)
+    box(floor, "dark_aluminium", (x, 0, half + 0.004), (0.04, DEPTH / 2, 0.004))
+    rod(floor, "motor", (x, -0.022, z), (x, 0.036, z), 0.022)
+    rod(floor, "sensor", (x, 0.036, z), (x, 0.048, z), 0.016)
+    rod(floor, "steel", (x, -0.022, z), (x, y - 0.007, z), 0.004)
 
 
 def pendulum_geometry(body: Element, pendulum: Pendulum) -> None:
     """A rod of twice the distance to its centre of mass, with the mass at its tip."""
     tip = -2 * pendulum.centre_distance
-    _rod(body, "bolt", (0, -0.006, 0), (0, 0.006, 0), 0.009)
-    _box(body, "aluminium", (0, 0, tip / 2), (0.004, 0.002, -tip / 2))
-    _rod(body, "brass", (0, -0.009, tip), (0, 0.009, tip), 0.014)
+    rod(body, "bolt", (0, -0.006, 0), (0, 0.006, 0), 0.009)
+    box(body, "aluminium", (0, 0, tip / 2), (0.004, 0.002, -tip / 2))
+    rod(body, "brass", (0, -0.009, tip), (0, 0.009, tip), 0.014)
 
 
 def beam_skins(
@@ -221,7 +223,7 @@ def beam_skins(
     levels = 12
     weights = [(k / levels) ** 2 * (3 - 2 * k / levels) for k in range(levels + 1)]
     below = "ground" if number == 1 else f"floor{number - 1}"
-    faces = _strip_faces(levels)
+    faces = strip_faces(levels)
     for side, name in ((-1, "left"), (1, "right")):
         inner, outer = (side * (SPAN / 2 + d) for d in (0.0, storey.beam_thickness))
         near, far = sorted((inner, outer))
@@ -257,7 +259,7 @@ def beam_skins(
             )
 
 
-def _strip_faces(levels: int) -> list[float]:
+def strip_faces(levels: int) -> list[float]:
     """Triangles of a closed box of four corners a level, turned outwards."""
     faces: list[int] = []
     for k in range(levels):

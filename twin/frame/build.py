@@ -2,63 +2,110 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from xml.etree.ElementTree import Element
 
-import numpy as np
-
 from twin.frame import absorber, appearance, flexible, lumped, scene
+from twin.frame.cantilever import CantileverDesign, cantilever_mjcf
 from twin.frame.damping import add_modal_damping, clamped_linearisation
 from twin.frame.design import FrameDesign, Pendulum, Storey
+from twin.frame.drive import DriveDesign, drive_mjcf
 from twin.frame.mjcf import Document, comment
+from twin.frame.options import options, timestep_of
+from twin.frame.space import (
+    Accelerometer,
+    Load,
+    Shaker,
+    SpaceFrameDesign,
+    SpaceStorey,
+)
+from twin.frame.space_build import space_mjcf
 
-TIMESTEP = 0.001
-STABLE_PHASE = 1.0
-"""Largest angular frequency times step: RK4 is stable up to 2.8."""
+Design = FrameDesign | SpaceFrameDesign | CantileverDesign | DriveDesign
 
-SHIPPED: dict[str, FrameDesign] = {
+PLANE: dict[str, FrameDesign] = {
     "two_storey_lumped": FrameDesign(kind="lumped"),
     "two_storey": FrameDesign(),
     "two_storey_absorber": FrameDesign(pendulum=Pendulum()),
     "one_storey": FrameDesign(storeys=(Storey(0.65),)),
 }
+"""The plane frames among the models that come with the package."""
+
+PORTAL = SpaceFrameDesign(
+    storeys=(SpaceStorey(), SpaceStorey(loads=(Load(0.8, (0.11, 0.06)),))),
+    accelerometers=(
+        Accelerometer("acc_ground", 0),
+        *(
+            Accelerometer(f"acc_floor{floor}_{corner}", floor, (sign * 0.17, sign * 0.11))
+            for floor in (1, 2)
+            for corner, sign in (("a", -1), ("b", 1))
+        ),
+    ),
+    shakers=tuple(
+        Shaker(f"force_floor{floor}_{axis}", floor, point, direction)
+        for floor in (1, 2)
+        for axis, point, direction in (("x", (-0.18, 0.05), 0.0), ("y", (0.12, -0.12), 90.0))
+    ),
+    damping_ratio=(0.01, 0.008, 0.008, 0.006),
+)
+"""A portal of two storeys on four columns, an eccentric mass on its upper floor."""
+
+ROTATED = SpaceFrameDesign(
+    storeys=(SpaceStorey(floor_mass=2.0), SpaceStorey(floor_mass=3.0)),
+    accelerometers=(
+        Accelerometer("acc_a", 1, (0.1, 0.05), (0.0, 0.0, 35.0)),
+        Accelerometer("acc_b", 2, (-0.1, 0.05), (0.0, 0.0, -50.0)),
+    ),
+    shakers=(Shaker("force_a", 1, (-0.15, 0.0), 20.0), Shaker("force_b", 2, (0.15, 0.0), 65.0)),
+    freedoms=("x", "y"),
+    damping_ratio=(0.01, 0.008),
+)
+"""Two storeys that drift along x and y, seen and driven along none of these axes."""
+
+SHIPPED: dict[str, Design] = {
+    **PLANE,
+    "portal_3d": PORTAL,
+    "rotated_sensors": ROTATED,
+    "cantilever": CantileverDesign(),
+    "drive": DriveDesign(),
+}
 """The designs of the models that come with the package."""
 
 
-def to_mjcf(design: FrameDesign, name: str = "frame") -> str:
+def to_mjcf(design: Design, name: str = "frame") -> str:
     """Return the MJCF text of a design.
 
     Raises:
-        ModelError: the frame buckles under its own weight.
+        ModelError: the structure buckles under its own weight.
     """
+    match design:
+        case SpaceFrameDesign():
+            return space_mjcf(design, name)
+        case CantileverDesign():
+            return cantilever_mjcf(design, name)
+        case DriveDesign():
+            return drive_mjcf(design, name)
+        case _:
+            return _plane_mjcf(design, name)
+
+
+def _plane_mjcf(design: FrameDesign, name: str) -> str:
     # The frame's damping is that of its modes without pendulum, eq. (55), so it is built twice.
     bare, _ = _undamped(design, name)
     frame = clamped_linearisation(bare)
     document, top = _undamped(design, name)
     add_modal_damping(document, design, frame)
-    fastest = math.sqrt(float(np.max(np.linalg.eigvals(_dynamic(frame)).real)))
-    document.section("option").set("timestep", repr(_timestep(fastest)))
+    document.section("option").set("timestep", timestep_of(frame))
     if design.pendulum:
         pendulum = absorber.add_pendulum(document, top, design.pendulum)
         appearance.pendulum_geometry(pendulum, design.pendulum)
     return document.text()
 
 
-def _dynamic(frame: object) -> np.ndarray:
-    model = frame.generalised  # type: ignore[attr-defined]
-    return np.asarray(np.linalg.solve(model.M, model.K))
-
-
-def _timestep(fastest: float) -> float:
-    """1 ms, or for a frame with fast modes the step that divides it and keeps RK4 stable."""
-    return TIMESTEP / max(1, math.ceil(fastest * TIMESTEP / STABLE_PHASE))
-
-
 def _undamped(design: FrameDesign, name: str) -> tuple[Document, Element]:
     """Return the document without damping and pendulum, and the top floor's body."""
     document = Document.new(name)
-    scene.options(document, design)
+    options(document, design.gravity)
     height = scene.CLAMP_HEIGHT
     heights = [s.beam_length + scene.rod_height(s) for s in design.storeys]
     appearance.surroundings(document, height + sum(heights))

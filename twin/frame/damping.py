@@ -9,35 +9,46 @@ storeys, never to the ground's, so it does not resist the frame sliding as a who
 from __future__ import annotations
 
 import math
+from typing import Protocol
 
 import mujoco
 import numpy as np
 
 from twin.errors import ModelError
-from twin.frame.design import FrameDesign
 from twin.frame.mjcf import Document, add, comment
 from twin.linearise import Linearisation, linearise
 
 DIGITS = 8
 """Significant digits of eigenvectors in the file: the same file whatever the machine's rounding."""
 
+NOTHING = 1e-9
+"""A coefficient below this share of its mode's largest is rounding, and left out."""
+
+
+class Damped(Protocol):
+    """A design that says how its modes are damped."""
+
+    def modal_damping(self, mode: int, omega: float) -> float:
+        """Return the damping ratio of a mode (from 0) with angular frequency omega [rad/s]."""
+
 
 def clamped_linearisation(document: Document) -> Linearisation:
-    """Linearise the document's frame with its ground fast.
+    """Linearise the document's structure with its ground fast.
 
     Raises:
         ModelError: the frame does not compile, for instance with a mass that is next to nothing.
     """
     spec = mujoco.MjSpec.from_string(document.text())
-    spec.delete(spec.equality("clamp"))
-    spec.delete(spec.joint("ground"))
+    for element in (spec.equality("clamp"), spec.joint("ground")):
+        if element is not None:
+            spec.delete(element)
     try:
         return linearise(spec.compile())
     except ValueError as error:
         raise ModelError(f"FrameDesign: does not compile: {error}") from None
 
 
-def add_modal_damping(document: Document, design: FrameDesign, frame: Linearisation) -> None:
+def add_modal_damping(document: Document, design: Damped, frame: Linearisation) -> None:
     """Add the damping tendons of a clamped frame without pendulum.
 
     Args:
@@ -71,7 +82,10 @@ def add_modal_damping(document: Document, design: FrameDesign, frame: Linearisat
             damping=_rounded(2 * ratio * omega),
         )
         load = _signed(loads[:, mode])
+        least = NOTHING * np.abs(load).max()
         for name, coefficient in zip(joints, load, strict=True):
+            if abs(coefficient) <= least:
+                continue
             add(tendon, "joint", joint=name, coef=_rounded(coefficient))
 
 

@@ -13,11 +13,40 @@ Kind = Literal["lumped", "pseudo_rigid", "hinge_chain"]
 KINDS: tuple[Kind, ...] = ("lumped", "pseudo_rigid", "hinge_chain")
 
 
-def _positive(owner: object, names: Iterable[str]) -> None:
+def check_positive(owner: object, names: Iterable[str]) -> None:
+    """Raise ModelError unless these attributes are finite and larger than zero."""
     for name in names:
         value = getattr(owner, name)
         if not (isfinite(value) and value > 0):
             raise ModelError(f"{type(owner).__name__}: {name} must be positive, not {value}")
+
+
+def check_damping(
+    owner: object, ratios: tuple[float, ...], rayleigh: tuple[float, float] | None
+) -> None:
+    """Raise ModelError unless damping ratios are in [0, 1), or both of Rayleigh's are not negative.
+
+    Args:
+        owner: the design, named in the message.
+        ratios: of the modes.
+        rayleigh: alpha [1/s] and beta [s], which take the ratios' place; or None.
+    """
+    name = type(owner).__name__
+    given = ratios if rayleigh is None else rayleigh
+    if not given or not all(isfinite(r) and r >= 0 for r in given):
+        raise ModelError(f"{name}: damping must be given and not negative, not {given}")
+    if rayleigh is None and max(given) >= 1:
+        raise ModelError(f"{name}: damping ratios must be below 1, not {max(given)}")
+
+
+def damping_ratio_of(
+    ratios: tuple[float, ...], rayleigh: tuple[float, float] | None, mode: int, omega: float
+) -> float:
+    """Return the damping ratio of a mode (from 0) with angular frequency omega [rad/s]."""
+    if rayleigh is not None:
+        alpha, beta = rayleigh
+        return alpha / (2 * omega) + beta * omega / 2
+    return ratios[min(mode, len(ratios) - 1)]
 
 
 @dataclass(frozen=True)
@@ -48,7 +77,7 @@ class Storey:
     beam_density: float = 7850.0
 
     def __post_init__(self) -> None:
-        _positive(self, (f.name for f in fields(self)))
+        check_positive(self, (f.name for f in fields(self)))
 
     @property
     def stiffness(self) -> float:
@@ -84,7 +113,7 @@ class Pendulum:
     damping: float = 0.0
 
     def __post_init__(self) -> None:
-        _positive(self, ("mass", "centre_distance", "inertia"))
+        check_positive(self, ("mass", "centre_distance", "inertia"))
         if not (isfinite(self.damping) and self.damping >= 0):
             raise ModelError(f"Pendulum: damping must not be negative, not {self.damping}")
         if self.inertia_about not in ("centre", "pivot"):
@@ -125,7 +154,7 @@ class Ground:
     damping_ratio: float = 0.05
 
     def __post_init__(self) -> None:
-        _positive(self, ("mass", "frequency_hz", "damping_ratio"))
+        check_positive(self, ("mass", "frequency_hz", "damping_ratio"))
 
 
 @dataclass(frozen=True)
@@ -168,11 +197,7 @@ class FrameDesign:
             )
         if self.segments < 2:
             raise ModelError(f"FrameDesign: a chain needs 2 segments or more, not {self.segments}")
-        ratios = self.damping_ratio if self.rayleigh is None else self.rayleigh
-        if not ratios or not all(isfinite(r) and r >= 0 for r in ratios):
-            raise ModelError(f"FrameDesign: damping must be given and not negative, not {ratios}")
-        if self.rayleigh is None and max(ratios) >= 1:
-            raise ModelError(f"FrameDesign: damping ratios must be below 1, not {max(ratios)}")
+        check_damping(self, self.damping_ratio, self.rayleigh)
         if not (isfinite(self.gravity) and self.gravity >= 0):
             raise ModelError(f"FrameDesign: gravity must not be negative, not {self.gravity}")
 
@@ -202,7 +227,4 @@ class FrameDesign:
 
     def modal_damping(self, mode: int, omega: float) -> float:
         """Return the damping ratio of a mode (from 0) with angular frequency omega [rad/s]."""
-        if self.rayleigh is not None:
-            alpha, beta = self.rayleigh
-            return alpha / (2 * omega) + beta * omega / 2
-        return self.damping_ratio[min(mode, len(self.damping_ratio) - 1)]
+        return damping_ratio_of(self.damping_ratio, self.rayleigh, mode, omega)

@@ -21,23 +21,6 @@ ALUMINIUM = 2700.0
 """Density [kg/m^3]."""
 
 
-def options(document: Document, design: FrameDesign) -> None:
-    """Write integrator, gravity and flags; the step is set when the modes are known.
-
-    The dense Jacobian avoids a fault of MuJoCo 4.0.0's Newton solver with sparse ones.
-    """
-    document.section("compiler").set("angle", "radian")
-    option = document.section("option")
-    for name, value in {
-        "integrator": "RK4",
-        "jacobian": "dense",
-        "tolerance": "1e-15",
-        "gravity": f"0 0 {-design.gravity!r}",
-    }.items():
-        option.set(name, value)
-    add(option, "flag", contact="disable")
-
-
 def ground(document: Document, design: FrameDesign, mass: float) -> Element:
     """Add the base plate, its suspension and the clamp that holds it; return its body.
 
