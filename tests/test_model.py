@@ -159,7 +159,7 @@ def test_an_mjcf_that_does_not_compile_gets_one_line(tmp_path, text, message):
 
 
 def test_a_model_that_is_not_there_gets_the_names_of_those_that_are():
-    with pytest.raises(ModelError, match="one_storey, .*two_storey, two_storey_absorber"):
+    with pytest.raises(ModelError, match=r"one_storey, .*two_storey, two_storey_absorber"):
         Twin.load("three_storey")
 
 

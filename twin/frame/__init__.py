@@ -12,6 +12,7 @@ from twin.frame.space import (
     SpaceFrameDesign,
     SpaceStorey,
     four_columns,
+    unequal_columns,
 )
 
 __all__ = [
@@ -33,5 +34,6 @@ __all__ = [
     "Storey",
     "four_columns",
     "to_mjcf",
+    "unequal_columns",
     "write_models",
 ]

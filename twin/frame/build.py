@@ -18,6 +18,7 @@ from twin.frame.space import (
     Shaker,
     SpaceFrameDesign,
     SpaceStorey,
+    unequal_columns,
 )
 from twin.frame.space_build import space_mjcf
 
@@ -32,7 +33,10 @@ PLANE: dict[str, FrameDesign] = {
 """The plane frames among the models that come with the package."""
 
 PORTAL = SpaceFrameDesign(
-    storeys=(SpaceStorey(), SpaceStorey(loads=(Load(0.8, (0.11, 0.06)),))),
+    storeys=(
+        SpaceStorey(unequal_columns(), loads=(Load(0.4, (-0.1, 0.07)),)),
+        SpaceStorey(unequal_columns(), loads=(Load(0.8, (0.11, 0.06)),)),
+    ),
     accelerometers=(
         Accelerometer("acc_ground", 0),
         *(
@@ -48,7 +52,7 @@ PORTAL = SpaceFrameDesign(
     ),
     damping_ratio=(0.01, 0.008, 0.008, 0.006),
 )
-"""A portal of two storeys on four columns, an eccentric mass on its upper floor."""
+"""A portal of two storeys on four columns each, an eccentric mass on either floor."""
 
 ROTATED = SpaceFrameDesign(
     storeys=(SpaceStorey(floor_mass=2.0), SpaceStorey(floor_mass=3.0)),

@@ -11,7 +11,7 @@ from twin.frame.damping import add_modal_damping, clamped_linearisation
 from twin.frame.design import check_damping, check_positive, damping_ratio_of
 from twin.frame.mjcf import Document, add, comment
 from twin.frame.options import options, timestep_of
-from twin.frame.scene import CLAMP_HEIGHT
+from twin.frame.scene import CLAMP_HEIGHT, inertial
 from twin.frame.space_build import place_accelerometer
 
 
@@ -34,6 +34,7 @@ class CantileverDesign:
         forces: name -> height over L.
         damping_ratio: of each mode, exactly; the last one holds for all further modes.
         rayleigh: (alpha [1/s], beta [s]) instead.
+        ground_mass: of the foot's block [kg], which matters where the ground can move.
         gravity: [m/s^2].
 
     Raises:
@@ -54,10 +55,12 @@ class CantileverDesign:
     forces: tuple[tuple[str, float], ...] = (("force_mid", 0.5), ("force_tip", 1.0))
     damping_ratio: tuple[float, ...] = (0.01, 0.006)
     rayleigh: tuple[float, float] | None = None
+    ground_mass: float = 2.0
     gravity: float = 9.81
 
     def __post_init__(self) -> None:
         check_positive(self, ("length", "width", "thickness", "young_modulus", "density"))
+        check_positive(self, ("ground_mass",))
         if self.hinges < 2:
             raise ModelError(f"CantileverDesign: two hinges or more, not {self.hinges}")
         check_damping(self, self.damping_ratio, self.rayleigh)
@@ -101,10 +104,11 @@ def cantilever_mjcf(design: CantileverDesign, name: str = "cantilever") -> str:
     """
     document = Document.new(name)
     options(document, design.gravity)
-    surroundings(document, CLAMP_HEIGHT + design.length, with_shaker=False)
+    surroundings(document, 1.2 * (CLAMP_HEIGHT + design.length), with_shaker=False)
     world = document.section("worldbody")
     comment(world, "geoms are for the eye: masses stand under inertial")
     body = add(world, "body", name="ground", pos=(0, 0, CLAMP_HEIGHT))
+    inertial(body, design.ground_mass, (0.16, 0.16, 0.04), -0.02)
     box(body, "dark_aluminium", (0, 0, -0.02), (0.08, 0.08, 0.02))
     stub = design.element / 2
     box(body, "steel", (0, 0, stub / 2), (design.thickness / 2, design.width / 2, stub / 2))

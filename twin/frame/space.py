@@ -71,6 +71,15 @@ class Load:
         check_positive(self, ("mass",))
 
 
+def unequal_columns() -> tuple[Column, ...]:
+    """Return four columns of which no two stand on a line along x or y.
+
+    Columns on one line along x see the same drift along x wherever they stand on it, so no
+    recording could tell them apart.
+    """
+    return tuple(Column(p) for p in ((-0.15, -0.1), (0.15, -0.04), (0.11, 0.1), (-0.06, 0.05)))
+
+
 def four_columns(
     half_x: float = 0.15, half_y: float = 0.1, like: Column = Column((0.0, 0.0))
 ) -> tuple[Column, ...]:
@@ -158,6 +167,7 @@ class SpaceFrameDesign:
         freedoms: of every floor against the one below: some of x, y, rz.
         damping_ratio: of each mode, exactly; the last one holds for all further modes.
         rayleigh: (alpha [1/s], beta [s]) instead: R = alpha M + beta K.
+        ground_mass: of the base plate [kg], which matters where the ground can move.
         gravity: [m/s^2].
 
     Raises:
@@ -170,9 +180,11 @@ class SpaceFrameDesign:
     freedoms: tuple[str, ...] = FREEDOMS
     damping_ratio: tuple[float, ...] = (0.01,)
     rayleigh: tuple[float, float] | None = None
+    ground_mass: float = 6.0
     gravity: float = 9.81
 
     def __post_init__(self) -> None:
+        check_positive(self, ("ground_mass",))
         if not self.storeys:
             raise ModelError("SpaceFrameDesign: a frame needs at least one storey")
         unknown = [name for name in self.freedoms if name not in FREEDOMS]

@@ -36,10 +36,13 @@ def space_mjcf(design: SpaceFrameDesign, name: str = "space_frame") -> str:
 def _undamped(design: SpaceFrameDesign, name: str) -> Document:
     document = Document.new(name)
     options(document, design.gravity)
-    surroundings(document, CLAMP_HEIGHT + sum(s.height for s in design.storeys), with_shaker=False)
+    height = CLAMP_HEIGHT + sum(storey.height for storey in design.storeys)
+    surroundings(document, 1.3 * height, with_shaker=False)
     world = document.section("worldbody")
     comment(world, "geoms are for the eye: masses stand under inertial")
     body = add(world, "body", name="ground", pos=(0, 0, CLAMP_HEIGHT))
+    plate = design.storeys[0].floor_size
+    inertial(body, design.ground_mass, (1.3 * plate[0], 1.3 * plate[1], 0.04), -0.02)
     space_look.ground(body, design.storeys[0])
     _devices(document, body, design, 0)
     height = CLAMP_HEIGHT
