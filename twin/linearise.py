@@ -88,7 +88,7 @@ class Linearisation:
             T = np.linalg.solve(saddle, target)[:n]
         else:
             T = np.linalg.inv(self.shape)
-        M, R, K = (_symmetric(T.T @ matrix @ T) for matrix in (y.M, y.R, y.K))
+        M, R, K = (symmetric(T.T @ matrix @ T) for matrix in (y.M, y.R, y.K))
         return SecondOrderModel(M, R, K, self.places)
 
     def _at_places(self, modes: ModalModel) -> ModalModel:
@@ -96,12 +96,25 @@ class Linearisation:
         return ModalModel(modes.natural_freq, modes.damping_ratio, shape, self.places)
 
 
-class _Reduced:
+class Reduced:
     """The model's forces along the freedoms that its equality constraints leave."""
 
     def __init__(self, model: mujoco.MjModel) -> None:
         self.model = copy.copy(model)
         self.model.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+        # What is of second degree in speed, a limit or an instrument's buffer has no linear part.
+        for values in (
+            self.model.dof_dampingpoly,
+            self.model.tendon_dampingpoly,
+            self.model.actuator_dampingpoly,
+            self.model.actuator_ctrllimited,
+            self.model.actuator_forcelimited,
+            self.model.jnt_actfrclimited,
+            self.model.sensor_cutoff,
+            self.model.sensor_delay,
+            self.model.sensor_interval,
+        ):
+            values[:] = 0
         self.data = mujoco.MjData(self.model)
         self.qpos: Array = self._closed(self.data.qpos.copy())
         self._evaluate(self.qpos)
@@ -120,7 +133,8 @@ class _Reduced:
         J = np.array(data.efc_J[: data.nefc * nv]).reshape(data.nefc, nv)[rows]
         return J, np.array(data.efc_pos[rows])
 
-    def _moved(self, qpos: Array, step: Array) -> Array:
+    def moved(self, qpos: Array, step: Array) -> Array:
+        """Return joint positions moved by joint displacements (nv,)."""
         moved = qpos.copy()
         mujoco.mj_integratePos(self.model, moved, step, 1)
         return moved
@@ -132,16 +146,18 @@ class _Reduced:
             J, residual = self._constraints()
             if not len(J) or np.max(np.abs(residual)) < 1e-14:
                 return qpos
-            qpos = self._moved(
-                qpos, -np.asarray(np.linalg.lstsq(J, residual, rcond=None)[0], float)
-            )
+            qpos = self.moved(qpos, -np.asarray(np.linalg.lstsq(J, residual, rcond=None)[0], float))
         if np.max(np.abs(residual)) > 1e-8:
             raise ModelError("the equality constraints contradict each other")
         return qpos
 
+    def at_rest(self) -> None:
+        """Bring ``data`` to the equilibrium."""
+        self._evaluate(self.qpos)
+
     def force(self, y: Array) -> Array:
         """Force along the freedoms at rest, displaced by y from ``qpos``, (n,)."""
-        self._evaluate(self._closed(self._moved(self.qpos, self.basis @ y)))
+        self._evaluate(self._closed(self.moved(self.qpos, self.basis @ y)))
         J, _ = self._constraints()
         basis = self.basis
         if len(J):
@@ -157,6 +173,21 @@ class _Reduced:
         data = self.data
         return np.asarray(data.qfrc_passive + data.qfrc_actuator - data.qfrc_bias)
 
+    def control_forces(self) -> Array:
+        """Forces along the freedoms at the equilibrium for a unit of each control, (n, nu)."""
+        model, data = self.model, self.data
+        columns = []
+        for unit in np.vstack([np.zeros(model.nu), np.eye(model.nu)]):
+            data.ctrl[:] = unit
+            data.act[:] = 0.0
+            for index in np.flatnonzero(model.actuator_dyntype == mujoco.mjtDyn.mjDYN_INTEGRATOR):
+                data.act[model.actuator_actadr[index]] = unit[model.actuator_ctrladr[index]]
+            self._evaluate(self.qpos)
+            columns.append(self.basis.T @ data.qfrc_actuator)
+        data.ctrl[:], data.act[:] = 0.0, 0.0
+        forces = np.column_stack(columns)
+        return np.asarray(forces[:, 1:] - forces[:, :1])
+
     def mass(self) -> Array:
         """Mass matrix of the freedoms, (n, n)."""
         self._evaluate(self.qpos)
@@ -165,13 +196,13 @@ class _Reduced:
         return np.asarray(self.basis.T @ full @ self.basis)
 
 
-def _symmetric(matrix: Array) -> Array:
+def symmetric(matrix: Array) -> Array:
     """Remove the asymmetry that rounding leaves; keep one that is real (a servo, a rotor)."""
     mean = (matrix + matrix.T) / 2
     return mean if np.allclose(mean, matrix, rtol=1e-6, atol=1e-6 * np.abs(mean).max()) else matrix
 
 
-def _derivative(function: object, n: int) -> Array:
+def derivative(function: object, n: int) -> Array:
     """Fourth-order central differences of a function of n variables at zero, (m, n)."""
     assert callable(function)
     columns = []
@@ -182,7 +213,7 @@ def _derivative(function: object, n: int) -> Array:
     return np.column_stack(columns)
 
 
-def _settle(reduced: _Reduced) -> None:
+def settle(reduced: Reduced) -> None:
     """Move ``reduced`` to its static equilibrium by Newton's method, if it is not there yet."""
     n = reduced.basis.shape[1]
     weight = float(reduced.model.body_mass.sum() * np.linalg.norm(reduced.model.opt.gravity))
@@ -190,10 +221,10 @@ def _settle(reduced: _Reduced) -> None:
         force = reduced.force(np.zeros(n))
         if np.max(np.abs(force), initial=0.0) <= 1e-12 * max(weight, 1.0):
             return
-        K = -_derivative(reduced.force, n)
+        K = -derivative(reduced.force, n)
         y = np.linalg.lstsq(K, force, rcond=1e-12)[0]
         y /= max(1.0, 2 * float(np.max(np.abs(y))))
-        reduced.qpos = reduced._closed(reduced._moved(reduced.qpos, reduced.basis @ y))
+        reduced.qpos = reduced._closed(reduced.moved(reduced.qpos, reduced.basis @ y))
         reduced._evaluate(reduced.qpos)
         J, _ = reduced._constraints()
         if len(J):
@@ -206,7 +237,7 @@ def _settle(reduced: _Reduced) -> None:
     raise ModelError("the model has no static equilibrium near its initial position")
 
 
-def _places(model: mujoco.MjModel, reduced: _Reduced) -> tuple[tuple[str, ...], Array]:
+def _places(model: mujoco.MjModel, reduced: Reduced) -> tuple[tuple[str, ...], Array]:
     """Names of the places and their displacement for each freedom, (places, n)."""
     names, rows = [], []
     jacobian = np.zeros((3, model.nv))
@@ -244,14 +275,14 @@ def linearise(model: mujoco.MjModel) -> Linearisation:
     """
     if model.nv == 0:
         raise ModelError("the model has no joint: nothing moves")
-    reduced = _Reduced(model)
+    reduced = Reduced(model)
     if reduced.basis.shape[1] == 0:
         raise ModelError("the equality constraints leave nothing that moves")
-    _settle(reduced)
+    settle(reduced)
     n = reduced.basis.shape[1]
-    K = _symmetric(-_derivative(reduced.force, n))
-    R = _symmetric(-_derivative(reduced.force_at_speed, n))
-    M = _symmetric(reduced.mass())
+    K = symmetric(-derivative(reduced.force, n))
+    R = symmetric(-derivative(reduced.force_at_speed, n))
+    M = symmetric(reduced.mass())
     places, shape = _places(model, reduced)
     coordinates = tuple(f"y{number}" for number in range(1, n + 1))
     return Linearisation(
@@ -265,6 +296,6 @@ def equilibrium(model: mujoco.MjModel) -> Array:
     Raises:
         ModelError: there is none.
     """
-    reduced = _Reduced(model)
-    _settle(reduced)
+    reduced = Reduced(model)
+    settle(reduced)
     return reduced.qpos

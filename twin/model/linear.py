@@ -233,6 +233,26 @@ class LinearModel:
             B[:, column] -= inertia * direction[AXES.index(axis)]
         return replace(self, B=B)
 
+    def within(self, T: Array, left_out: float) -> LinearModel:
+        """Return the model for motions q = T z only, T (n, k), and what it lacks (``left_out``)."""
+        matrices: dict[str, Any] = {
+            **{key: T.T @ getattr(self, key) @ T for key in ("M", "R", "K")},
+            **{key: getattr(self, key) @ T for key in ("Cd", "Cv", "Ca")},
+        }
+        return replace(
+            self,
+            **matrices,
+            B=T.T @ self.B,
+            ports={key: replace(p, row=p.row @ T) for key, p in self.ports.items()},
+            bodies={
+                key: Body(b.mass, b.translation @ T, b.rotation @ T)
+                for key, b in self.bodies.items()
+            },
+            base={key: replace(b, row=b.row @ T) for key, b in self.base.items()},
+            coordinates=tuple(f"q{k + 1}" for k in range(T.shape[1])),
+            left_out=left_out,
+        )
+
     def state_space(self) -> StateSpace:
         """Return the continuous-time model of the state [q, q'] from u to y - rest."""
         n = len(self.coordinates)

@@ -108,20 +108,22 @@ def find_port(ports: Mapping[str, Port], name: str) -> Port:
 
 
 def distinct(ports: Mapping[str, Port], kind: PortKind) -> tuple[str, ...]:
-    """Return the ports of a kind, of those that move alike only the first.
+    """Return the ports of a kind, one of those that always move in proportion.
 
-    Two move alike where their rows are equal or opposite to one part in 10^6.
+    Of these the first that is in metres is kept, else the first. Two move in proportion where their
+    rows are parallel to one part in 10^6.
     """
-    kept: dict[str, Port] = {}
-    for name, port in ports.items():
-        if port.kind == kind and not any(_alike(port.row, other.row) for other in kept.values()):
-            kept[name] = port
-    return tuple(kept)
+    kept: list[str] = []
+    of_kind = [name for name, port in ports.items() if port.kind == kind]
+    for name in sorted(of_kind, key=lambda name: ports[name].unit != "m"):
+        if not any(_parallel(ports[name].row, ports[other].row) for other in kept):
+            kept.append(name)
+    return tuple(name for name in of_kind if name in kept)
 
 
-def _alike(a: Array, b: Array) -> bool:
-    small = 1e-6 * float(np.linalg.norm(a))
-    return bool(min(np.linalg.norm(a - b), np.linalg.norm(a + b)) <= small)
+def _parallel(a: Array, b: Array) -> bool:
+    size = float(np.linalg.norm(a) * np.linalg.norm(b))
+    return abs(abs(float(a @ b)) / size - 1) < 0.5e-12 if size else False
 
 
 def ground_inputs(inputs: tuple[str, ...], axes: Mapping[str, Base]) -> dict[str, int]:

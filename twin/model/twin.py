@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -22,6 +22,8 @@ from twin.mechanisms.mechanism import ChannelFault, Mechanism
 from twin.mechanisms.replay import in_order
 from twin.mechanisms.stiffness_drift import CLOCK
 from twin.modal import ModalModel
+from twin.model.assembling import linear_model
+from twin.model.linear import LinearModel
 from twin.model_files import shipped, shipped_names
 from twin.second_order import SecondOrderModel
 
@@ -158,6 +160,23 @@ class Twin:
         except ValueError as error:
             raise ModelError(f"{self.source}: {error}") from None
 
+    def linear(
+        self, inputs: Sequence[str], outputs: Sequence[str], band_hz: float | None = None
+    ) -> LinearModel:
+        """Return the exact linear equations of motion about the rest under gravity.
+
+        Args:
+            inputs: actuators and "acc_ground" (x, or the only axis), "acc_ground.x", ... .
+            outputs: sensors; "NAME.x" is one axis of a vector sensor, its bare name the x axis. A
+                sensor of absolute position or velocity reads relative to a ground that is shaken.
+            band_hz: highest frequency that matters [Hz]; modes far above are left out, their
+                static share kept. None keeps all of a model of at most 40 freedoms.
+
+        Raises:
+            ModelError: no rest, or no such input or output; the message lists those there are.
+        """
+        return _equations(self, tuple(inputs), tuple(outputs), band_hz)
+
     def simulate(
         self,
         forces: Mapping[str, Array],
@@ -219,5 +238,17 @@ class Twin:
 def _linearised(twin: Twin) -> Linearisation:
     try:
         return linearise(twin.compile())
+    except ModelError as error:
+        raise ModelError(f"{twin.source}: {error}") from None
+
+
+@lru_cache(maxsize=64)
+def _equations(
+    twin: Twin, inputs: tuple[str, ...], outputs: tuple[str, ...], band_hz: float | None
+) -> LinearModel:
+    shaken = any(name.startswith("acc_ground") for name in inputs)
+    rig = replace(twin, clamped=True) if shaken else twin
+    try:
+        return linear_model(rig.compile(), inputs, outputs, band_hz)
     except ModelError as error:
         raise ModelError(f"{twin.source}: {error}") from None

@@ -1,0 +1,140 @@
+"""What of a model moves: ports of its joints, tendons, bodies and sites, and its bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.linearise import Reduced
+from twin.model.port import AXES, Body, Port
+
+Array = NDArray[np.float64]
+_OBJ, _JOINT = mujoco.mjtObj, mujoco.mjtJoint
+
+STILL = 1e-6
+"""What moves less than this share of what moves most in the model does not move: rounding."""
+
+SLIGHT = 1e-3
+"""An axis along which an element moves less than this share of its largest motion is no port: it is
+a tilt of the rest by less than a thousandth."""
+
+
+def ports_of(reduced: Reduced, shapes: Array) -> dict[str, Port]:
+    """Return every port that something moves.
+
+    Named joints of one freedom and named tendons are drifts (a ball joint has "NAME.rx", ...).
+    Named bodies (the origin of their frame) and sites move along world axes ("NAME.x") and turn
+    about them ("NAME.rx"); one that moves along one axis only is "NAME", unless a joint or tendon
+    is called so. Where names meet, the first in the order joint, tendon, body, site has it.
+
+    Args:
+        reduced: the model at its equilibrium.
+        shapes: coordinates of the freedoms that the rows are wanted in, (freedoms, n).
+    """
+    model, data = reduced.model, reduced.data
+    basis = reduced.basis @ shapes
+    jacobians = dict(_jacobians(model, data))
+    rows = {key: np.vstack([pair[0], pair[1]]) @ basis for key, pair in jacobians.items()}
+    largest = max((float(np.linalg.norm(r, axis=1)[:3].max()) for r in rows.values()), default=0.0)
+    extent = float(model.stat.extent) or 1.0
+    found: dict[str, Port] = {}
+    for port in (*_joints(model, basis), *_tendons(model, data, basis)):
+        if np.any(np.abs(port.row) > STILL * np.max(np.abs(basis))):
+            found.setdefault(port.name, port)
+    for (kind, name), row in rows.items():
+        size = np.linalg.norm(row, axis=1) * np.repeat([1.0, extent], 3)
+        moves = (size > STILL * largest) & (size > SLIGHT * size.max())
+        along = [axis for axis in range(3) if moves[axis]]
+        for axis in range(6):
+            if not moves[axis]:
+                continue
+            bare = along == [axis] and name not in found
+            label = name if bare else f"{name}.{'r' * (axis > 2)}{AXES[axis % 3]}"
+            base = np.eye(3)[axis] if axis < 3 else np.zeros(3)
+            port = Port(
+                label, "motion", row[axis], "rad" if axis > 2 else "m", f"{kind} {name}", base
+            )
+            found.setdefault(label, port)
+    return found
+
+
+def bodies_of(reduced: Reduced, shapes: Array) -> dict[str, Body]:
+    """Return the bodies that move, by name ("body 3" for the third where it has none)."""
+    model, data = reduced.model, reduced.data
+    basis = reduced.basis @ shapes
+    largest = float(np.max(np.abs(basis), initial=0.0))
+    found = {}
+    for index in range(1, model.nbody):
+        translation, rotation = np.zeros((3, model.nv)), np.zeros((3, model.nv))
+        mujoco.mj_jacBodyCom(model, data, translation, rotation, index)
+        translation, rotation = translation @ basis, rotation @ basis
+        moves = max(np.max(np.abs(translation)), np.max(np.abs(rotation)))
+        if moves > STILL * largest and model.body_mass[index] > 0:
+            name = mujoco.mj_id2name(model, _OBJ.mjOBJ_BODY, index) or f"body {index}"
+            found[name] = Body(float(model.body_mass[index]), translation, rotation)
+    return found
+
+
+def _joints(model: mujoco.MjModel, basis: Array) -> Iterator[Port]:
+    for index in range(model.njnt):
+        name = mujoco.mj_id2name(model, _OBJ.mjOBJ_JOINT, index)
+        kind, at = model.jnt_type[index], int(model.jnt_dofadr[index])
+        if not name:
+            continue
+        if kind == _JOINT.mjJNT_SLIDE:
+            yield Port(name, "drift", basis[at], "m", f"joint {name}")
+        elif kind == _JOINT.mjJNT_HINGE:
+            yield Port(name, "drift", basis[at], "rad", f"joint {name}")
+        elif kind == _JOINT.mjJNT_BALL:
+            for k, axis in enumerate(AXES):
+                yield Port(f"{name}.r{axis}", "drift", basis[at + k], "rad", f"joint {name}")
+
+
+def _tendons(model: mujoco.MjModel, data: mujoco.MjData, basis: Array) -> Iterator[Port]:
+    for index in range(model.ntendon):
+        name = mujoco.mj_id2name(model, _OBJ.mjOBJ_TENDON, index)
+        if name:
+            row = tendon_row(model, data, index) @ basis
+            yield Port(name, "drift", row, tendon_unit(model, index), f"tendon {name}")
+
+
+def tendon_row(model: mujoco.MjModel, data: mujoco.MjData, index: int) -> Array:
+    """Return the length of a tendon for unit joint speeds, (nv,)."""
+    row = np.zeros(model.nv)
+    start = int(model.ten_J_rowadr[index])
+    stop = start + int(model.ten_J_rownnz[index])
+    row[model.ten_J_colind[start:stop]] = data.ten_J[start:stop]
+    return row
+
+
+def tendon_unit(model: mujoco.MjModel, index: int) -> str:
+    """Return "rad" for a tendon that only adds and subtracts hinges' angles, else "m"."""
+    for k in range(model.tendon_adr[index], model.tendon_adr[index] + model.tendon_num[index]):
+        hinge = (
+            model.wrap_type[k] == mujoco.mjtWrap.mjWRAP_JOINT
+            and model.jnt_type[model.wrap_objid[k]] == _JOINT.mjJNT_HINGE
+        )
+        if not (hinge and abs(model.wrap_prm[k]) == 1):
+            return "m"
+    return "rad"
+
+
+def _jacobians(
+    model: mujoco.MjModel, data: mujoco.MjData
+) -> Iterator[tuple[tuple[str, str], tuple[Array, Array]]]:
+    """Yield (kind, name) and the translation and rotation Jacobians, each (3, nv)."""
+    elements = (
+        ("body", _OBJ.mjOBJ_BODY, model.nbody, mujoco.mj_jacBody),
+        ("site", _OBJ.mjOBJ_SITE, model.nsite, mujoco.mj_jacSite),
+    )
+    for kind, obj, count, jacobian in elements:
+        for index in range(count):
+            name = mujoco.mj_id2name(model, obj, index)
+            if not name or name == "world":
+                continue
+            translation, rotation = np.zeros((3, model.nv)), np.zeros((3, model.nv))
+            jacobian(model, data, translation, rotation, index)
+            yield (kind, name), (translation, rotation)
