@@ -34,7 +34,7 @@ def test_a_users_own_model_with_the_contracts_names_works():
     assert modes.natural_freq == pytest.approx(np.sqrt(400 / 2) / (2 * np.pi), rel=1e-9)
     assert modes.damping_ratio == pytest.approx(0.5 / (2 * np.sqrt(400 * 2)), rel=1e-9)
     motion = twin.simulate({"force_floor1": np.ones(10)}, 100, 10)
-    assert set(motion.columns) == {"acc_floor1", "disp_floor1"}
+    assert set(motion.columns) == {"acc_floor1", "disp_floor1", "my_speed"}
     assert motion.columns["acc_floor1"][0] == pytest.approx(0.5, rel=1e-12)
 
 
@@ -60,14 +60,14 @@ def test_a_model_without_a_name_is_told_what_it_lacks_and_has(name, lacks):
         f'joint="{name}"', 'joint="wrong"'
     )
     with pytest.raises(ModelError) as error:
-        Twin(changed, "mine.xml")
+        Twin(changed, "mine.xml").second_order()
     assert str(error.value) == f"mine.xml: {lacks}"
 
 
 def test_a_second_floor_asks_for_all_its_names():
     second = OWN.replace('name="my_speed"', 'name="acc_floor2"')
     with pytest.raises(ModelError) as error:
-        Twin(second)
+        Twin(second).second_order()
     for name in ("body floor2", "storey2", "actuator force_floor2", "sensor disp_floor2"):
         assert name in str(error.value)
     assert "acc_floor2;" not in str(error.value).split("It has")[0]
@@ -75,7 +75,7 @@ def test_a_second_floor_asks_for_all_its_names():
 
 def test_an_empty_model_lacks_everything():
     with pytest.raises(ModelError, match="It has body: none; joint or tendon: none"):
-        Twin("<mujoco/>")
+        Twin("<mujoco/>").second_order()
 
 
 def test_names_floors_channels_and_pendulum_are_found():

@@ -173,20 +173,32 @@ class Reduced:
         data = self.data
         return np.asarray(data.qfrc_passive + data.qfrc_actuator - data.qfrc_bias)
 
-    def control_forces(self) -> Array:
-        """Forces along the freedoms at the equilibrium for a unit of each control, (n, nu)."""
+    def control_forces(self) -> tuple[Array, Array]:
+        """What a unit of each control does at the equilibrium.
+
+        Returns:
+            Forces along the freedoms, (n, nu), and the resultant of forces from outside, of an
+            actuator at a site that pushes against nothing that moves, along x, y, z, (3, nu).
+        """
         model, data = self.model, self.data
         columns = []
         for unit in np.vstack([np.zeros(model.nu), np.eye(model.nu)]):
-            data.ctrl[:] = unit
-            data.act[:] = 0.0
+            data.ctrl[:], data.act[:] = unit, 0.0
             for index in np.flatnonzero(model.actuator_dyntype == mujoco.mjtDyn.mjDYN_INTEGRATOR):
                 data.act[model.actuator_actadr[index]] = unit[model.actuator_ctrladr[index]]
             self._evaluate(self.qpos)
-            columns.append(self.basis.T @ data.qfrc_actuator)
+            outside = np.zeros(3)
+            for index in np.flatnonzero(model.actuator_trntype == mujoco.mjtTrn.mjTRN_SITE):
+                site, against = model.actuator_trnid[index]
+                if against < 0:
+                    turned = data.site_xmat[site].reshape(3, 3)
+                    push = turned @ model.actuator_gear[index, :3]
+                    outside += data.actuator_force[model.actuator_outadr[index]] * push
+            columns.append(np.concatenate([self.basis.T @ data.qfrc_actuator, outside]))
         data.ctrl[:], data.act[:] = 0.0, 0.0
         forces = np.column_stack(columns)
-        return np.asarray(forces[:, 1:] - forces[:, :1])
+        forces = forces[:, 1:] - forces[:, :1]
+        return forces[:-3], forces[-3:]
 
     def mass(self) -> Array:
         """Mass matrix of the freedoms, (n, n)."""

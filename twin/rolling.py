@@ -10,9 +10,10 @@ import numpy as np
 from mujoco import rollout
 from numpy.typing import NDArray
 
-from twin.contract import channel_sensors, names_in
+from twin.contract import names_in
 from twin.errors import ModelError, available
-from twin.linearise import equilibrium
+from twin.linearise import Reduced, settle
+from twin.model.sensing import channel_columns
 
 Array = NDArray[np.float64]
 
@@ -70,7 +71,7 @@ def roll(
         progress: called with the fraction that is done.
 
     Returns:
-        Joint positions (samples, nq) and the x component of each sensor that is a channel.
+        Joint positions (samples, nq) and the sensors' channels (``sensing.channel_columns``).
 
     Raises:
         ModelError: the model's timestep is not positive, or the motion diverges.
@@ -80,7 +81,9 @@ def roll(
     count = substeps(model, rate_hz)
     model.opt.timestep = 1 / (rate_hz * count)
     data = mujoco.MjData(model)
-    data.qpos[:] = equilibrium(model)
+    reduced = Reduced(model)
+    settle(reduced)
+    data.qpos[:] = reduced.qpos
     integrators = np.flatnonzero(model.actuator_dyntype == mujoco.mjtDyn.mjDYN_INTEGRATOR)
     data.act[model.actuator_actadr[integrators]] = table[0, integrators]
     state = np.zeros(mujoco.mj_stateSize(model, _STATE))
@@ -88,7 +91,7 @@ def roll(
 
     samples = len(table)
     slopes = np.diff(table, axis=0, append=table[-1:]) * rate_hz
-    sensors = channel_sensors(model)
+    sensors = channel_columns(reduced)
     measured = np.empty((samples, len(sensors)))
     qpos = np.empty((samples, model.nq))
     chunk = max(1, CHUNK // count)

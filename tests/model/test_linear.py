@@ -101,9 +101,9 @@ def test_a_twisting_plate_moves_in_mujoco_as_its_equations_say():
     model = twin.linear(["hit"], names)
     force = 1e-3 * np.random.default_rng(1).standard_normal(400)
     found = free_run(model, force[:, None], 200)
-    columns = twin.simulate({"hit": force}, 200, 400).columns
+    motion = twin.simulate({"hit": force}, 200, 400)
     for index, name in enumerate(names):
-        true = columns[name]
+        true = motion.column(name)
         scale = np.abs(true - true.mean()).max()
         assert np.abs(found[:, index] - true).max() < 1e-4 * scale + 1e-9, name
 

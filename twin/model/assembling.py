@@ -59,22 +59,29 @@ def linear_model(
     sensed = readings(reduced, outputs)
     reduced.at_rest()
     still = np.sqrt(sum(body.mass for body in bodies.values())) * STILL
+    controls, outside = reduced.control_forces()
+    columns = {
+        name: control_of(model, name) for name in inputs if name in names_in(model)["actuator"]
+    }
     base = {}
     for axis, name in enumerate(AXES if stands(model) else ()):
         row = sum((b.mass * b.translation[axis] for b in bodies.values()), start=np.zeros(n))
         if np.linalg.norm(row) > still:
             seen = (sensed.disp[:, axis], sensed.vel[:, axis], sensed.acc[:, axis])
-            base[name] = Base(*_masses(model, bodies), row, *seen)
-    controls = reduced.control_forces()
+            push = [outside[axis, columns[i]] if i in columns else 0.0 for i in inputs]
+            base[name] = Base(*_masses(model, bodies), row, *seen, np.array(push))
     B, Cu = np.zeros((n, len(inputs))), np.zeros((len(outputs), len(inputs)))
     shaken = ground_inputs(tuple(inputs), base)
     for column, name in enumerate(inputs):
         if name in ground_names(base):
             ground = base[next(axis for axis, at in shaken.items() if at == column)]
             B[:, column], Cu[:, column] = -ground.row, ground.acc
-        else:
-            control = control_of(model, name, base)
+        elif name in columns:
+            control = columns[name]
             B[:, column], Cu[:, column] = shapes.T @ controls[:, control], sensed.Cu[:, control]
+        else:
+            there = available((*names_in(model)["actuator"], *ground_names(base)))
+            raise ModelError(f"no actuator '{name}'; inputs are {there}")
     coordinates = tuple(f"q{k + 1}" for k in range(n))
     full = LinearModel(
         M=np.eye(n),
@@ -105,17 +112,12 @@ def ground_names(base: Mapping[str, Base]) -> tuple[str, ...]:
     return (*bare, *(f"acc_ground.{axis}" for axis in base))
 
 
-def control_of(model: mujoco.MjModel, name: str, base: Mapping[str, Base]) -> int:
+def control_of(model: mujoco.MjModel, name: str) -> int:
     """Return which control an actuator's value is.
 
     Raises:
-        ModelError: there is no such actuator, or it has dynamics of its own.
+        ModelError: the actuator has dynamics of its own.
     """
-    names = names_in(model)["actuator"]
-    if name not in names:
-        raise ModelError(
-            f"no actuator '{name}'; inputs are {available((*names, *ground_names(base)))}"
-        )
     index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, name)
     kinds = (int(mujoco.mjtDyn.mjDYN_NONE), int(mujoco.mjtDyn.mjDYN_INTEGRATOR))
     if model.actuator_dyntype[index] not in kinds:

@@ -199,7 +199,8 @@ class LinearModel:
             "Cv": np.column_stack([self.Cv, base.vel]),
             "Ca": np.column_stack([self.Ca, base.acc]),
         }
-        grown = replace(grown, ports=ports, bodies=bodies, base=bases, **outputs)
+        B = np.vstack([self.B, base.push])
+        grown = replace(grown, B=B, ports=ports, bodies=bodies, base=bases, **outputs)
         grown = grown._shaken(total * own, np.eye(3)[at])
         return grown.adding(M=coupling).adding(R=damping, K=stiffness, along=own)
 

@@ -75,6 +75,7 @@ class Base:
         fixed_mass: of the bodies without joints alone [kg].
         row: mass coupling with q: the inertia force on q is -row times its acceleration, (n,).
         disp, vel, acc: what each output reads of its displacement, velocity, acceleration, (m,).
+        push: force on it for unit inputs that act from outside, (r,).
     """
 
     mass: float
@@ -83,9 +84,10 @@ class Base:
     disp: Array
     vel: Array
     acc: Array
+    push: Array
 
     def __post_init__(self) -> None:
-        for name in ("row", "disp", "vel", "acc"):
+        for name in ("row", "disp", "vel", "acc", "push"):
             object.__setattr__(self, name, frozen(getattr(self, name), float))
 
 

@@ -22,6 +22,15 @@ _SENSOR = mujoco.mjtSensor
 _FORCES = (int(_SENSOR.mjSENS_FORCE), int(_SENSOR.mjSENS_TORQUE))
 _POSITIONS = (int(_SENSOR.mjSENS_FRAMEPOS), int(_SENSOR.mjSENS_SUBTREECOM))
 _VELOCITIES = (int(_SENSOR.mjSENS_FRAMELINVEL), int(_SENSOR.mjSENS_SUBTREELINVEL))
+_LOCAL = (int(_SENSOR.mjSENS_ACCELEROMETER), int(_SENSOR.mjSENS_VELOCIMETER))
+_WORLD = (
+    int(_SENSOR.mjSENS_FRAMEPOS),
+    int(_SENSOR.mjSENS_FRAMELINVEL),
+    int(_SENSOR.mjSENS_FRAMELINACC),
+)
+STRAIGHT = 1e-3
+"""What moves across the x axis by less than this share of its motion along it moves along it."""
+
 _SUFFIXES = {3: AXES, 4: ("w", *AXES)}
 
 
@@ -42,6 +51,45 @@ def sensor_columns(model: mujoco.MjModel) -> dict[str, int]:
             suffixes = _SUFFIXES.get(size, tuple(str(k + 1) for k in range(size)))
             found |= {f"{name}.{suffix}": start + k for k, suffix in enumerate(suffixes)}
     return found
+
+
+def channel_columns(reduced: Reduced) -> dict[str, int]:
+    """Return the channels that a simulation gives: name -> column of sensordata.
+
+    As ``sensor_columns``, each once: a vector sensor of something that moves along the x axis only
+    is its bare name, any other "NAME.x", "NAME.y", "NAME.z".
+    """
+    model, found = reduced.model, sensor_columns(reduced.model)
+    reduced.at_rest()
+    for index in range(model.nsensor):
+        name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_SENSOR, index)
+        if name in found and f"{name}.x" in found:
+            if _along_x(reduced, index):
+                for axis in AXES:
+                    del found[f"{name}.{axis}"]
+            else:
+                del found[name]
+    return found
+
+
+def _along_x(reduced: Reduced, sensor: int) -> bool:
+    """Whether a sensor of translation moves, if at all, along the world's x axis, and faces it."""
+    model, data = reduced.model, reduced.data
+    translation, rotation = np.zeros((3, model.nv)), np.zeros((3, model.nv))
+    target, kind = int(model.sensor_objid[sensor]), int(model.sensor_type[sensor])
+    if kind in _LOCAL:
+        if data.site_xmat[target][0] < 1 - STRAIGHT:
+            return False
+        mujoco.mj_jacSite(model, data, translation, rotation, target)
+    elif kind in _WORLD and int(model.sensor_refid[sensor]) <= 0:
+        if model.sensor_objtype[sensor] == mujoco.mjtObj.mjOBJ_SITE:
+            mujoco.mj_jacSite(model, data, translation, rotation, target)
+        else:
+            mujoco.mj_jacBody(model, data, translation, rotation, target)
+    else:
+        return False
+    size = np.linalg.norm(translation @ reduced.basis, axis=1)
+    return bool(max(size[1], size[2]) <= STRAIGHT * size[0])
 
 
 @dataclass(frozen=True)

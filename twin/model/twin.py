@@ -36,7 +36,8 @@ class Motion:
 
     Attributes:
         rate_hz: samples per second.
-        columns: channel name ("acc_floor1") -> samples (x component) in SI units, (samples,).
+        columns: channel -> samples in SI units, (samples,): every named sensor, a vector sensor by
+            axis ("A1.y"), by its bare name where it can move along x only ("acc_floor1").
         qpos: joint positions of ``model``, for viewers, (samples, nq).
         model: the compiled model that ``qpos`` belongs to.
     """
@@ -56,19 +57,32 @@ class Motion:
         """Number of samples."""
         return len(self.qpos)
 
+    def column(self, name: str) -> Array:
+        """Return a channel; a vector sensor's bare name is its x axis.
+
+        Raises:
+            ModelError: there is no such channel; the message lists those there are.
+        """
+        for known in (name, f"{name}.x", name.removesuffix(".x")):
+            if known in self.columns:
+                return self.columns[known]
+        raise ModelError(f"no channel '{name}'; there are {available(self.columns)}")
+
 
 @dataclass(frozen=True)
 class Twin:
-    """A frame in MuJoCo.
+    """A structure in MuJoCo: any MJCF model that compiles.
+
+    A chain of storeys (names as in ``twin.contract``) can be described by its floors alone, too.
 
     Attributes:
-        mjcf: the model as MJCF text, with the names of the contract (``twin.contract``).
+        mjcf: the model as MJCF text.
         source: where it came from (a file's path), used in messages and to find its assets.
         clamped: whether the ground's clamp is fast. A model without a joint ``ground`` always is.
         mechanisms: what the frame has beyond its text; replayed on it at each compile.
 
     Raises:
-        ModelError: the MJCF does not compile, or lacks names; the message says which.
+        ModelError: the MJCF does not compile.
     """
 
     mjcf: str
@@ -77,7 +91,7 @@ class Twin:
     mechanisms: tuple[Mechanism, ...] = ()
 
     def __post_init__(self) -> None:
-        check_names(compiling.as_written(self.mjcf, self.source), self.source)
+        compiling.as_written(self.mjcf, self.source)
 
     @classmethod
     def load(cls, name: str | Path) -> Twin:
@@ -146,7 +160,11 @@ class Twin:
 
         Displacements are absolute, from the ground's rest position. Exact where the model has no
         further freedoms; a hinge chain's are condensed statically (``Linearisation.second_order``).
+
+        Raises:
+            ModelError: the model is no chain of storeys by its names; ``linear`` serves any.
         """
+        check_names(compiling.as_written(self.mjcf, self.source), self.source)
         return self.linearisation().second_order()
 
     def modes(self) -> ModalModel:
