@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from twin.contract import names_in
 from twin.errors import ModelError, available
-from twin.linearise import Reduced, settle
+from twin.model.rest import Reduced, settle
 from twin.model.sensing import channel_columns
 
 Array = NDArray[np.float64]

@@ -11,10 +11,10 @@ from scipy import linalg
 
 from twin.contract import names_in
 from twin.errors import ModelError, available
-from twin.linearise import Reduced, derivative, settle, symmetric
 from twin.model.linear import LinearModel
 from twin.model.moving import STILL, bodies_of, ports_of
 from twin.model.port import AXES, Base, Body, ground_inputs
+from twin.model.rest import Reduced, derivative, settle, symmetric
 from twin.model.sensing import readings, sensor_columns
 from twin.model.truncation import kept_shapes, left_out
 

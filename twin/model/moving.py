@@ -8,8 +8,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.linearise import Reduced
 from twin.model.port import AXES, Body, Port
+from twin.model.rest import Reduced
 
 Array = NDArray[np.float64]
 _OBJ, _JOINT = mujoco.mjtObj, mujoco.mjtJoint

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.errors import ModelError, available
-from twin.linearise import Reduced, derivative
 from twin.model.port import AXES
+from twin.model.rest import Reduced, derivative
 
 Array = NDArray[np.float64]
 _SENSOR = mujoco.mjtSensor

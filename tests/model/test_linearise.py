@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 
 from twin.errors import ModelError
-from twin.linearise import equilibrium, linearise
+from twin.linearise import linearise
 from twin.model import Twin
+from twin.model.rest import equilibrium
 
 
 def model(body, rest="", gravity=9.81):
