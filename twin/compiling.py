@@ -6,18 +6,17 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import mujoco
+import numpy as np
 
 from twin.contract import names_in
 from twin.errors import ModelError, available
 from twin.mechanisms.mechanism import Mechanism
 from twin.mechanisms.replay import in_words, replay
+from twin.model.shaking import LARGE_MASS, shaken
 from twin.model_files import shipped_names
 
 GROUND_DRIVE = "ground acceleration"
 """The actuator that prescribes the ground's acceleration; the contract has no such name."""
-
-LARGE_MASS = 1e9
-"""Mass added to a driven ground, over that of the whole model: the frame moves it by 1e-9."""
 
 SIZE_LIMIT = 64 * 2**20
 """Largest MJCF file that is read [bytes]."""
@@ -135,7 +134,7 @@ def driven(
     mjcf: str,
     source: str,
     clamped: bool,
-    ground_driven: bool,
+    ground_driven: bool | Iterable[str],
     mechanisms: Iterable[Mechanism] = (),
 ) -> mujoco.MjModel:
     """Compile for a simulation: inputs become integrators, so that they are linear between samples.
@@ -143,10 +142,20 @@ def driven(
     The control of every actuator is then the slope of its input [1/s]. The integrator is RK4
     whatever the file says: at 2 ms Euler is off by 0.05 % in frequency, ``discrete`` by ten times
     the damping.
+
+    Args:
+        mjcf: the model's text.
+        source: its name, for messages.
+        clamped: whether a joint ``ground`` is held fast.
+        ground_driven: whether the body ``ground`` is driven along x (by the actuator
+            ``GROUND_DRIVE``), or the axes along which all that stands in the world is shaken (by
+            the actuators ``twin.model.shaking.drive_name``).
+        mechanisms: what the model has beyond its text.
     """
-    spec = _structured(mjcf, source, clamped and not ground_driven)
+    on_table = ground_driven is True
+    spec = _structured(mjcf, source, clamped and not on_table)
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_RK4
-    if ground_driven:
+    if on_table:
         _drive_ground(spec, source)
     replay(spec, mechanisms)
     for actuator in spec.actuators:
@@ -160,7 +169,22 @@ def driven(
                 actuator.forcelimited = mujoco.mjtLimited.mjLIMITED_TRUE
                 actuator.forcerange = actuator.gainprm[0] * actuator.ctrlrange
     spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+    if not isinstance(ground_driven, bool) and (axes := tuple(ground_driven)):
+        spec = shaken(spec, axes, source)
     return _compiled(spec, source)
+
+
+def carries_all(mjcf: str, source: str) -> bool:
+    """Whether everything that moves stands on a body ``ground`` that moves along x at most."""
+    model = as_written(mjcf, source)
+    ground = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "ground")
+    if ground < 0 or model.body_parentid[ground] != 0:
+        return False
+    own = [k for k in range(model.njnt) if model.jnt_bodyid[k] == ground]
+    straight = all(
+        model.jnt_type[k] == mujoco.mjtJoint.mjJNT_SLIDE and model.jnt_axis[k, 0] == 1 for k in own
+    )
+    return straight and bool(np.all(model.body_rootid[model.jnt_bodyid] == ground))
 
 
 def _drive_ground(spec: mujoco.MjSpec, source: str) -> None:

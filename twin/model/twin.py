@@ -24,6 +24,7 @@ from twin.mechanisms.stiffness_drift import CLOCK
 from twin.modal import ModalModel
 from twin.model.assembling import linear_model
 from twin.model.linear import LinearModel
+from twin.model.shaking import drive_name
 from twin.model_files import shipped, shipped_names
 from twin.second_order import SecondOrderModel
 
@@ -200,7 +201,7 @@ class Twin:
         forces: Mapping[str, Array],
         rate_hz: float,
         samples: int,
-        ground_acceleration: Array | None = None,
+        ground_acceleration: Array | Mapping[str, Array] | None = None,
         progress: Callable[[float], None] | None = None,
     ) -> Motion:
         """Simulate from rest at the static equilibrium.
@@ -209,8 +210,9 @@ class Twin:
             forces: actuator -> values at t = n / rate_hz [N, N m], (samples,); linear in between.
             rate_hz: samples per second.
             samples: how many.
-            ground_acceleration: prescribes the ground's motion [m/s^2], (samples,); linear in
-                between. The ground starts at rest.
+            ground_acceleration: prescribes the motion of the ground along x, or by axis ("x", "y",
+                "z") [m/s^2], (samples,); linear in between. It starts at rest, and everything in
+                the world but planes moves with it: sensors of absolute position see it.
             progress: called with the fraction that is done.
 
         Raises:
@@ -221,16 +223,27 @@ class Twin:
             raise ModelError(f"{self.source}: the rate must be positive, not {rate_hz}")
         if samples < 1:
             raise ModelError(f"{self.source}: at least one sample is needed, not {samples}")
-        driven = ground_acceleration is not None
-        model = compiling.driven(self.mjcf, self.source, self.clamped, driven, self.mechanisms)
+        model, drives = self._driven(ground_acceleration)
         inputs = self._faulty(forces, rate_hz, of_motor=True)
         clocks = [name for name in names_in(model)["actuator"] if name.endswith(CLOCK)]
-        inputs |= dict.fromkeys(clocks, np.arange(samples) / rate_hz)
-        if ground_acceleration is not None:
-            inputs[compiling.GROUND_DRIVE] = ground_acceleration
+        inputs |= dict.fromkeys(clocks, np.arange(samples) / rate_hz) | drives
         table = rolling.input_table(model, inputs, samples, self.source)
         qpos, columns = rolling.roll(model, table, rate_hz, self.source, progress)
         return Motion(rate_hz, columns, qpos, model)
+
+    def _driven(
+        self, ground: Array | Mapping[str, Array] | None
+    ) -> tuple[mujoco.MjModel, dict[str, Array]]:
+        """Return the model to simulate and the values of the actuators that shake its ground."""
+        text = (self.mjcf, self.source)
+        if ground is None:
+            return compiling.driven(*text, self.clamped, False, self.mechanisms), {}
+        axes = dict(ground) if isinstance(ground, Mapping) else {"x": ground}
+        if set(axes) == {"x"} and compiling.carries_all(*text):
+            model = compiling.driven(*text, self.clamped, True, self.mechanisms)
+            return model, {compiling.GROUND_DRIVE: axes["x"]}
+        model = compiling.driven(*text, True, axes, self.mechanisms)
+        return model, {drive_name(axis): values for axis, values in axes.items()}
 
     def recorded(self, columns: Mapping[str, Array], rate_hz: float) -> dict[str, Array]:
         """Return channels as instruments record them that have the mechanisms' faults.
