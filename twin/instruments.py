@@ -139,4 +139,4 @@ INSTRUMENT_OF = {
     "disp": DISPLACEMENT_SENSOR,
     "angle": ENCODER,
 }
-"""The instrument of each kind of channel, unless an experiment names another."""
+"""The instrument of each kind of channel, unless an experiment names another; others are ideal."""

@@ -8,18 +8,6 @@ from dataclasses import dataclass
 _PLACE = re.compile(r"^(?:(ground|pendulum)|(floor|storey)([1-9][0-9]*))$")
 _CHANNEL = re.compile(r"^(force|acc|disp|angle|torque)_(ground|pendulum|floor[1-9][0-9]*)$")
 
-SI_UNIT = {"force": "N", "acc": "m/s^2", "disp": "m", "angle": "rad", "torque": "N m"}
-"""The SI unit of each kind of channel."""
-
-KIND_NAMES = {
-    "force": "force",
-    "acc": "acceleration",
-    "disp": "displacement",
-    "angle": "angle",
-    "torque": "torque",
-}
-
-
 @dataclass(frozen=True, order=True)
 class Place:
     """Where something is: ``kind`` is ground, floor, storey or pendulum; ``number`` from 1."""

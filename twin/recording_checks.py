@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.errors import RecordingError, available
-from twin.recording import Recording
+from twin.recording import GROUND, Recording
 
 Array = NDArray[np.float64]
 
@@ -27,13 +27,12 @@ FEWEST_LEVELS = 16
 def require_excitation(recording: Recording) -> None:
     """Raise RecordingError unless some input varies: a force, or the ground's acceleration."""
     names = [c.name for c in recording.channels if c.is_input]
-    forces = [c.name for c in recording.channels if c.kind == "force"]
-    if not forces and "acc_ground" in recording.names:
-        names.append("acc_ground")
+    if not any(c.kind == "force" for c in recording.channels):
+        names += [c.name for c in recording.channels if c.element == GROUND]
     if not names:
         raise RecordingError(
-            f"{recording.source}: no input: it needs a force (force_floor1 ...) or acc_ground; "
-            f"it has {available(recording.names)}"
+            f"{recording.source}: no input: it needs a force (such as 'force_floor1 [N]') or "
+            f"{GROUND}; it has {available(recording.names)}"
         )
     if any(np.ptp(recording.column(name)) > 0 for name in names):
         return

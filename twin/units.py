@@ -7,24 +7,23 @@ from functools import cache
 from typing import Any
 
 from twin.errors import RecordingError
-from twin.place import KIND_NAMES, SI_UNIT
+from twin.quantity import KIND_NAMES, KIND_OF_UNIT, OTHER, QUANTITIES, SI_UNIT
 
 SI = {**SI_UNIT, "time": "s"}
 """The SI unit of each kind of column."""
 
-EXAMPLES = {
-    "force": "[N], [kN], [lbf]",
-    "acc": "[m/s^2], [g], [mm/s^2]",
-    "disp": "[m], [mm], [in]",
-    "angle": "[rad], [deg]",
-    "torque": "[N m], [N mm], [lbf in]",
-    "time": "[s], [ms]",
-}
+EXAMPLES = {**{kind: q.examples for kind, q in QUANTITIES.items()}, "time": "[s], [ms]"}
 """Units to suggest for each kind of column."""
 
 _NAME_AND_UNIT = re.compile(r"^(.*?)\s*\[([^\[\]]*)\]$", re.DOTALL)
 _GRAVITY = re.compile(r"^(m|µ|μ|u)?g[n0]?$")
-_SPELLINGS = {"Nm": "N m", "N-m": "N m", "Nmm": "N mm", "N-mm": "N mm", "lbf-in": "lbf in"}
+_STRAIN = re.compile(r"^(?:[mnuµμ]?m/m|in/in|[uµμ]?(?:strain|ε)|[uµμ]e|microstrain)$")
+_SPELLINGS = {
+    **{"Nm": "N m", "N-m": "N m", "Nmm": "N mm", "N-mm": "N mm", "lbf-in": "lbf in"},
+    **{f"{u}{e}": "microstrain" for u in "uµμ" for e in "eε"},
+    **{"Volt": "volt", "Volts": "volt", "-": ""},
+}
+_OFFSET = ("degC", "°C", "degF", "°F")
 _LONGEST = 40
 
 
@@ -40,7 +39,7 @@ def si_factor(unit: str, kind: str, where: str) -> float:
     Args:
         unit: as written between the brackets, such as "mm/s^2"; "g" and "mg" of an acceleration
             are standard gravity (9.80665 m/s^2) and a thousandth of it, not grams.
-        kind: force, acc, disp, angle, torque or time.
+        kind: one of ``twin.quantity``, or time.
         where: what carries the unit ("test.csv: column 'a'"), the start of an error message.
 
     Raises:
@@ -48,21 +47,76 @@ def si_factor(unit: str, kind: str, where: str) -> float:
     """
     if unit == SI[kind]:
         return 1.0  # the usual case does not wait for pint
-    if kind == "acc" and _GRAVITY.match(unit):
-        prefix = {"m": "milli", "g": ""}.get(unit[0], "micro")
-        unit = f"{prefix}standard_gravity"
     quantity = KIND_NAMES.get(kind, kind)
     hint = f"units of {quantity} are written as {EXAMPLES[kind]}"
-    parsed = _parse(_SPELLINGS.get(unit, unit))
+    parsed = _parse(_spelled(unit, kind))
     if parsed is None:
         raise RecordingError(f"{where}: unknown unit {shown(unit, brackets=True)}; {hint}")
     factor, base = parsed
-    expected_factor, expected_base = _parse(SI[kind]) or (1.0, None)
+    expected_factor, expected_base = _parse(_spelled(SI[kind], kind)) or (1.0, None)
     if base != expected_base:
         raise RecordingError(
             f"{where}: the unit {shown(unit, brackets=True)} is not one of {quantity}; {hint}"
         )
     return factor / expected_factor
+
+
+def quantity_of(unit: str, where: str) -> tuple[str, str, float]:
+    """Return what a unit says of a column: kind, SI unit and the factor to it.
+
+    Args:
+        unit: as written between the brackets; "g" and "mg" are accelerations, not masses.
+        where: what carries the unit, the start of an error message.
+
+    Returns:
+        The kind ("other" for a quantity without a name of its own), the SI unit, the factor.
+
+    Raises:
+        RecordingError: an unknown unit.
+    """
+    if unit in KIND_OF_UNIT:
+        return KIND_OF_UNIT[unit], unit, 1.0
+    if _GRAVITY.match(unit):
+        return "acc", SI["acc"], si_factor(unit, "acc", where)
+    if unit in _OFFSET:
+        return OTHER, unit, 1.0  # a temperature is not converted by a factor
+    parsed = _parse(_spelled(unit, ""))
+    if parsed is None:
+        raise RecordingError(
+            f"{where}: unknown unit {shown(unit, brackets=True)}; units are written as [N], "
+            "[m/s^2], [g], [mm], [rad], [V], [1]"
+        )
+    factor, base = parsed
+    for kind in SI_UNIT:
+        if kind not in ("strain", "number") and base == _base_of(kind):
+            return kind, SI[kind], si_factor(unit, kind, where)
+    text = f"{base:~C}".replace("**", "^")
+    if not text:
+        kind = "strain" if _STRAIN.match(unit) else "number"
+        return kind, SI[kind], factor
+    return OTHER, text, factor
+
+
+def is_unit(text: str) -> bool:
+    """Return whether this is a unit of anything."""
+    try:
+        quantity_of(text, "")
+    except RecordingError:
+        return False
+    return True
+
+
+def _spelled(unit: str, kind: str) -> str:
+    """Return a unit as pint spells it."""
+    if kind == "acc" and _GRAVITY.match(unit):
+        prefix = {"m": "milli", "g": ""}.get(unit[0], "micro")
+        return f"{prefix}standard_gravity"
+    return _SPELLINGS.get(unit, unit)
+
+
+@cache
+def _base_of(kind: str) -> Any:
+    return (_parse(SI[kind]) or (1.0, None))[1]
 
 
 def shown(text: str, brackets: bool = False) -> str:
@@ -74,7 +128,7 @@ def shown(text: str, brackets: bool = False) -> str:
 
 def _parse(unit: str) -> tuple[float, Any] | None:
     """Return (factor to base units, base units), or None for what is no unit."""
-    if not 0 < len(unit) <= _LONGEST:
+    if len(unit) > _LONGEST or (not unit.strip() and unit != ""):
         return None
     registry = _registry()
     try:

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.errors import RecordingError
-from twin.formats.channel_map import TIME, Assignment, assign
+from twin.formats.channel_map import Assignment, assign
 from twin.formats.table import Table
 from twin.formats.time_axis import TimeAxis, uniform
-from twin.recording import Channel, Recording
+from twin.recording import Recording
 
 Array = NDArray[np.float64]
 
@@ -44,13 +44,13 @@ def assemble(
     assignments, notes = assign(table, channel_map, rate is not None)
     columns = _load(table, assignments)
     axis = _axis(table, assignments, columns, rate)
-    channels = {a.name: x for a, x in zip(assignments, columns, strict=True) if a.name != TIME}
-    if not channels:
+    pairs = [(a.channel, x) for a, x in zip(assignments, columns, strict=True) if a.channel]
+    if not pairs:
         raise RecordingError(f"{table.source}: no channel but the time; it has {table.listed()}")
     return Recording(
         axis.sampling_hz,
-        tuple(Channel(name) for name in channels),
-        np.column_stack(list(channels.values())),
+        tuple(channel for channel, _ in pairs),
+        np.column_stack([samples for _, samples in pairs]),
         Path(table.source).name,
         axis.start_s,
         notes,
@@ -90,7 +90,7 @@ def _axis(
     """Return the time axis: of the time column, of the format itself, or the rate given."""
     found = None
     for assignment, values in zip(assignments, columns, strict=True):
-        if assignment.name == TIME:
+        if assignment.channel is None:
             found = uniform(values, table.at)
     found = found or _common_axis(table, assignments)
     if found is None:

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 from twin.errors import RecordingError
 from twin.formats.table import Column, Table
-from twin.place import split_channel
-from twin.recording import CHANNEL_HELP
+from twin.recording import Channel, channel_in, implied_kind
 from twin.units import EXAMPLES, shown, si_factor, split_name
 
 TIME = "time"
@@ -20,13 +19,13 @@ class Assignment:
 
     Attributes:
         index: which column of the table.
-        name: the channel it becomes, or "time".
+        channel: what it becomes, or None for the time.
         factor: what its values are multiplied by to be in SI.
         label: the column as messages name it.
     """
 
     index: int
-    name: str
+    channel: Channel | None
     factor: float
     label: str
 
@@ -35,7 +34,7 @@ def parse_channel_map(options: Sequence[str]) -> dict[str, str]:
     """Read entries such as "Force=force_floor1 [N]" into {"Force": "force_floor1 [N]"}.
 
     Raises:
-        RecordingError: an entry without "=", an unknown channel, or a doubled one.
+        RecordingError: an entry without "=", a unit that there is not, or a doubled column.
     """
     found: dict[str, str] = {}
     for option in options:
@@ -44,21 +43,13 @@ def parse_channel_map(options: Sequence[str]) -> dict[str, str]:
             raise RecordingError(
                 f"--map {shown(option)} is not of the form 'Force=force_floor1 [N]'"
             )
-        name, _ = split_name(ours)
-        if not known(name):
-            raise RecordingError(
-                f"--map {shown(option)}: unknown channel {shown(name)}; "
-                f"channels are time, {CHANNEL_HELP}"
-            )
+        name, unit = split_name(ours)
+        if name != TIME and unit is not None:
+            channel_in(name, unit, f"--map {shown(option)}")
         if foreign in found:
             raise RecordingError(f"--map names the column {shown(foreign)} twice")
         found[foreign] = ours
     return found
-
-
-def known(name: str) -> bool:
-    """Return whether this is the name of a channel or of the time column."""
-    return name == TIME or split_channel(name) is not None
 
 
 def assign(
@@ -66,8 +57,8 @@ def assign(
 ) -> tuple[list[Assignment], tuple[str, ...]]:
     """Choose the columns to load, the time column among them if there is one.
 
-    Without a map every column has to carry a channel's name and a unit. With one, only what it
-    names is used, and a column "time" that has a unit.
+    Without a map every column has to carry a unit. With one, only what it names is used, and a
+    column "time" that has a unit.
 
     Args:
         table: what the file offers.
@@ -78,8 +69,8 @@ def assign(
         The assignments and notes on what was left out.
 
     Raises:
-        RecordingError: unknown or doubled channels, missing or wrong units, a map that names
-            what the file lacks.
+        RecordingError: doubled channels, missing or wrong units, a map that names what the file
+            lacks.
     """
     if channel_map:
         chosen, notes = _mapped(table, channel_map, rate_given)
@@ -91,15 +82,7 @@ def assign(
 
 def _all_columns(table: Table) -> list[tuple[int, str, str | None]]:
     """Take every column under its own name."""
-    chosen = []
-    for index, column in enumerate(table.columns):
-        if not known(column.name):
-            raise RecordingError(
-                f"{table.source}: unknown channel {column.label}; channels are {CHANNEL_HELP}; "
-                f"say what it is with --map '{_plain(column.name)}=force_floor1 [N]'"
-            )
-        chosen.append((index, column.name, column.unit))
-    return chosen
+    return [(index, column.name, column.unit) for index, column in enumerate(table.columns)]
 
 
 def _mapped(
@@ -112,11 +95,6 @@ def _mapped(
         index = _find(table, foreign)
         column = table.columns[index]
         name, unit = split_name(ours)
-        if not known(name):
-            raise RecordingError(
-                f"{table.source}: unknown channel {shown(name)} in the channel map; "
-                f"channels are time, {CHANNEL_HELP}"
-            )
         if unit and column.unit and unit != column.unit:
             notes.append(f"column {column.label} is read in [{unit}], as the channel map says")
         chosen.append((index, name, unit or column.unit))
@@ -171,16 +149,24 @@ def _assignment(table: Table, index: int, name: str, unit: str | None) -> Assign
     where = f"{table.source}: column {column.label}"
     if column.problem:
         raise RecordingError(f"{where} {column.problem}")
-    parts = split_channel(name)
-    kind = parts[0] if parts else TIME
+    kind = TIME if name == TIME else implied_kind(name)
     if unit is None:
-        example = EXAMPLES[kind].split(",")[0]
+        plain = _plain(column.name)
+        if kind is None:
+            raise RecordingError(
+                f"{where} has no unit, so nothing says what it measures; write its unit behind "
+                f"its name in the file, or --map '{plain}={plain} [m/s^2]' (units: [N], [m/s^2], "
+                "[g], [m/s], [mm], [rad], [rad/s], [N m], [m/m], [V])"
+            )
         also = " or give the sampling rate (--rate HZ)" if kind == TIME else ""
         raise RecordingError(
             f"{where} has no unit; write {EXAMPLES[kind]} behind its name, "
-            f"or --map '{_plain(column.name)}={name} {example}'{also}"
+            f"or --map '{plain}={name} {EXAMPLES[kind].split(',')[0]}'{also}"
         )
-    return Assignment(index, name, si_factor(unit, kind, where), column.label)
+    if name == TIME:
+        return Assignment(index, None, si_factor(unit, TIME, where), column.label)
+    channel, factor = channel_in(name, unit, table.source)
+    return Assignment(index, channel, factor, column.label)
 
 
 def _plain(name: str) -> str:

@@ -62,10 +62,10 @@ def read(path: Path) -> Table:
 
 def write(recording: Recording, path: Path) -> None:
     """Write with 17 significant digits where they are needed: reading gives the same numbers."""
-    header = ["time [s]", *(f"{c.name} [{c.unit}]" for c in recording.channels)]
+    header = ["time [s]", *(channel.title for channel in recording.channels)]
     rows = np.column_stack([recording.time, recording.data]).tolist()
     with path.open("w", encoding="utf-8", newline="") as file:
-        file.write(",".join(header) + "\n")
+        csv.writer(file, lineterminator="\n").writerow(header)
         file.writelines(",".join(map(repr, row)) + "\n" for row in rows)
 
 

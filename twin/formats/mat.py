@@ -10,8 +10,8 @@ from twin.formats.mat_elements import check_elements
 from twin.formats.named_arrays import (
     RATE,
     UNITS,
-    Entry,
     arrays_of,
+    described,
     scalar,
     table_of,
     unit_lines,
@@ -53,7 +53,7 @@ def read(path: Path) -> Table:
     units = units_by_name(load(UNITS)) if classes.get(UNITS) == "char" else {}
     rate = scalar(load(RATE), f"{path}: variable '{RATE}'") if RATE in classes else None
     entries = [
-        Entry(name, tuple(shape), units.get(name), _problem(kind))
+        described(name, tuple(shape), _problem(kind), units)
         for name, shape, kind in listed
         if not (name == RATE or (name == UNITS and kind == "char"))
     ]

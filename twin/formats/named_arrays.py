@@ -2,10 +2,13 @@
 
 Our own files hold one vector a channel and ``time``, the scalar ``sampling_hz``, and the units:
 as a text array ``units`` with lines such as "acc_floor1 [m/s^2]" where a format has no attributes.
+A channel whose name no variable can have ("A 3", "tip.y") is kept under one that can be, and its
+own name stands beside it: the line is then "tip_y = tip.y [m/s^2]".
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,18 +27,24 @@ Array = NDArray[np.float64]
 RATE = "sampling_hz"
 UNITS = "units"
 
+LONGEST_VARIABLE = 31
+"""Letters of a variable's name in a MATLAB file of version 5."""
+
+_OWN_NAME = re.compile(r"^([A-Za-z][A-Za-z0-9_]*) = (.*)$", re.DOTALL)
+
 MOST_COLUMNS = 4096
 """A matrix with more columns than this on its shorter side is no recording."""
 
 
 @dataclass(frozen=True)
 class Entry:
-    """One array of a file, described before it is loaded."""
+    """One array of a file, described before it is loaded; ``variable`` is its name there."""
 
     name: str
     shape: tuple[int, ...]
     unit: str | None = None
     problem: str | None = None
+    variable: str = ""
 
 
 def table_of(
@@ -57,7 +66,7 @@ def table_of(
     for entry in entries:
         for position, name in enumerate(_column_names(entry)):
             columns.append(Column(name, entry.unit, problem=entry.problem))
-            places.append((entry.name, position))
+            places.append((entry.variable or entry.name, position))
 
     def load_columns(indices: Sequence[int]) -> list[Array]:
         loaded: dict[str, Any] = {}
@@ -74,21 +83,58 @@ def table_of(
     return Table(str(path), tuple(columns), load_columns, sampling_hz)
 
 
+def variables_of(recording: Recording) -> dict[str, str]:
+    """Return the name of each channel's variable: a letter, then letters, digits, underscores."""
+    found: dict[str, str] = {}
+    taken = {"time", RATE, UNITS, "file"}  # np.savez has an argument of that name
+    for name in recording.names:
+        plain = re.sub(r"[^A-Za-z0-9_]", "_", name)
+        plain = (plain if plain[0].isalpha() else f"x{plain}")[:LONGEST_VARIABLE]
+        variable, number = plain, 1
+        while variable in taken:
+            number += 1
+            variable = f"{plain}_{number}"
+        taken.add(variable)
+        found[name] = variable
+    return found
+
+
 def arrays_of(recording: Recording) -> dict[str, Array]:
-    """Return time and channels as vectors, and the sampling rate, by name."""
-    columns = {c.name: recording.data[:, i] for i, c in enumerate(recording.channels)}
+    """Return time and channels as vectors, and the sampling rate, by the variable's name."""
+    variables = variables_of(recording)
+    columns = {variables[c.name]: recording.data[:, i] for i, c in enumerate(recording.channels)}
     return {"time": recording.time, **columns, RATE: np.array(recording.sampling_hz)}
 
 
 def unit_lines(recording: Recording) -> list[str]:
     """Return "time [s]" and the like for each of the vectors."""
-    return ["time [s]", *(f"{c.name} [{c.unit}]" for c in recording.channels)]
+    variables = variables_of(recording)
+    lines = ["time [s]"]
+    for channel in recording.channels:
+        variable = variables[channel.name]
+        own = "" if variable == channel.name else f"{variable} = "
+        lines.append(f"{own}{channel.title}")
+    return lines
 
 
-def units_by_name(lines: Any) -> Mapping[str, str]:
-    """Read what ``unit_lines`` wrote."""
-    pairs = (split_name(str(line)) for line in np.atleast_1d(lines))
-    return {name: unit for name, unit in pairs if unit is not None}
+def units_by_name(lines: Any) -> Mapping[str, tuple[str, str | None]]:
+    """Read what ``unit_lines`` wrote: variable -> name and unit."""
+    found = {}
+    for line in np.atleast_1d(lines):
+        match = _OWN_NAME.match(str(line))
+        variable, title = (match[1], match[2]) if match else (None, str(line))
+        name, unit = split_name(title)
+        found[variable or name] = (name, unit)
+    return found
+
+
+def described(
+    variable: str, shape: tuple[int, ...], problem: str | None,
+    units: Mapping[str, tuple[str, str | None]],
+) -> Entry:  # fmt: skip
+    """Return an array's entry under the channel's own name."""
+    name, unit = units.get(variable, (variable, None))
+    return Entry(name, shape, unit, problem, variable)
 
 
 def scalar(value: Any, what: str) -> float:

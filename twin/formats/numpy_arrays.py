@@ -11,8 +11,8 @@ from twin.errors import RecordingError
 from twin.formats.named_arrays import (
     RATE,
     UNITS,
-    Entry,
     arrays_of,
+    described,
     scalar,
     table_of,
     unit_lines,
@@ -33,7 +33,7 @@ def read(path: Path) -> Table:
     units = units_by_name(arrays[UNITS]) if _is_text(arrays.get(UNITS)) else {}
     rate = scalar(arrays[RATE], f"{path}: array '{RATE}'") if RATE in arrays else None
     entries = [
-        Entry(name, array.shape, units.get(name), _problem(array))
+        described(name, array.shape, _problem(array), units)
         for name, array in arrays.items()
         if not (name == RATE or (name == UNITS and _is_text(array)))
     ]

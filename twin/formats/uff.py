@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from twin.errors import RecordingError
 from twin.formats.table import Column, Table, decoding, library, samples_of
 from twin.formats.time_axis import roundest, uniform
-from twin.recording import Recording
+from twin.place import split_channel
+from twin.recording import AXES, Channel, Recording
 from twin.units import split_name
 
 Array = NDArray[np.float64]
@@ -29,8 +30,16 @@ TIME_RESPONSE = 1
 ABSCISSA_DIGITS = 5e-6
 """Relative rounding of the time step in the header (E13.5)."""
 
-SPECIFIC_TYPE = {"disp": 8, "acc": 12, "force": 13, "torque": 13, "angle": 8}
-"""Specific data type of each kind of channel; 17 is time."""
+SPECIFIC_TYPE = {
+    **{"disp": 8, "angle": 8, "vel": 11, "rate": 11, "acc": 12, "angacc": 12},
+    **{"force": 13, "torque": 13, "strain": 3, "pressure": 15},
+}
+"""Specific data type of each kind of channel; 1 is a general one, 17 is time."""
+
+LONGEST_NAME, LONGEST_UNIT = 80, 20
+"""Letters that the format has for an ID line and for the label of a unit."""
+
+ROTATIONS = ("angle", "rate", "angacc", "torque")
 
 _NUMBER = r"(-?[0-9.]+(?:e[-+]?[0-9]+)?)"
 _AXIS = re.compile(rf"sampling_hz={_NUMBER} start_s={_NUMBER}")
@@ -77,6 +86,11 @@ def write(recording: Recording, path: Path) -> None:
     pyuff = library("pyuff", path)
     sets = []
     for index, channel in enumerate(recording.channels):
+        if len(channel.name) > LONGEST_NAME or not channel.title.isascii():
+            raise RecordingError(
+                f"{path}: a universal file cannot hold the name '{channel.name[:LONGEST_NAME]}': "
+                f"at most {LONGEST_NAME} letters, ASCII; write CSV, HDF5 or NPZ"
+            )
         sets.append(
             {
                 **_REFERENCE,
@@ -87,12 +101,12 @@ def write(recording: Recording, path: Path) -> None:
                 "id5": f"sampling_hz={float(recording.sampling_hz)!r} "
                 f"start_s={float(recording.start_s)!r}",
                 "func_type": TIME_RESPONSE,
-                "rsp_node": channel.place.number,
-                "rsp_dir": 5 if channel.kind in ("angle", "torque") else 1,
+                "rsp_node": _node(channel, index),
+                "rsp_dir": 1 + _axis(channel) + 3 * (channel.kind in ROTATIONS),
                 "abscissa_spacing": 1,
                 "abscissa_spec_data_type": 17,
                 "abscissa_axis_units_lab": "s",
-                "ordinate_spec_data_type": SPECIFIC_TYPE[channel.kind],
+                "ordinate_spec_data_type": SPECIFIC_TYPE.get(channel.kind, 1),
                 "ordinate_axis_units_lab": channel.unit,
                 "x": recording.time,
                 "data": np.array(recording.data[:, index]),
@@ -115,6 +129,18 @@ _REFERENCE = {
     "z_axis_spec_data_type": 0,
     "z_axis_value": 0.0,
 }
+
+
+def _node(channel: Channel, index: int) -> int:
+    """Return the floor of a frame's channel, or a number of its own beyond them."""
+    parts = split_channel(channel.element)
+    return parts[1].number if parts else 1001 + index
+
+
+def _axis(channel: Channel) -> int:
+    """Return 0, 1, 2 for x, y, z; a pendulum swings about y, what has no axis is along x."""
+    pendulum = split_channel(channel.element) and channel.kind in ROTATIONS
+    return AXES.index(channel.axis) if channel.axis else int(bool(pendulum))
 
 
 def _names(histories: list[dict[str, Any]]) -> list[str]:

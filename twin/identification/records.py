@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -128,13 +128,14 @@ def prepare(
     still, responders = tuple(n for n in responders if n not in moving), moving
     _check_scale(recordings, (*drivers, *responders))
     u, y, hits = [], [], []
+    kinds = {c.name: c.kind for r in recordings for c in r.channels}
     for recording in recordings:
         if recording.samples < LEAST_SAMPLES:
             raise IdentificationError(
                 f"{recording.source}: {recording.samples} samples are too few; "
                 f"at least {LEAST_SAMPLES} are needed"
             )
-        force, hit = _driving(recording, drivers)
+        force, hit = _driving(recording, drivers, kinds)
         u.append(force)
         y.append(recording.matrix(responders))
         hits.append(hit)
@@ -168,12 +169,14 @@ def _check_scale(recordings: Sequence[Recording], names: Sequence[str]) -> None:
                 )
 
 
-def _driving(recording: Recording, drivers: Sequence[str]) -> tuple[Array, tuple[int, int] | None]:
+def _driving(
+    recording: Recording, drivers: Sequence[str], kinds: Mapping[str, str]
+) -> tuple[Array, tuple[int, int] | None]:
     columns = []
     for name in drivers:
         if name in recording.names:
             columns.append(recording.column(name))
-        elif name.startswith(("force", "torque")):
+        elif kinds.get(name) in ("force", "torque"):
             columns.append(np.zeros(recording.samples))
         else:
             raise RecordingError(
@@ -185,7 +188,7 @@ def _driving(recording: Recording, drivers: Sequence[str]) -> tuple[Array, tuple
             f"{recording.source}: the input {', '.join(drivers)} is constant; nothing excites "
             "the structure"
         )
-    hit = hit_window(u) if all(name.startswith("force") for name in drivers) else None
+    hit = hit_window(u) if all(kinds[name] == "force" for name in drivers) else None
     if hit is None:
         return u, None
     start, stop = max(hit[0] - WINDOW_MARGIN, 0), min(hit[1] + WINDOW_MARGIN, len(u))

@@ -193,9 +193,9 @@ def _slope(model: SecondOrderModel, poles: Array) -> Array:
 
 
 def _place(name: str) -> str:
+    """Return the place of a frame's channel, or "" for a channel that is not at one."""
     channel = split_channel(name)
-    assert channel is not None
-    return str(channel[1])
+    return str(channel[1]) if channel else ""
 
 
 def _root_of_inverse(covariance: Array) -> Array:

@@ -17,8 +17,9 @@ from twin.laboratory.analyser import Analyser, straight_lines
 from twin.laboratory.excitation import Excitation, TimeBase, finite
 from twin.laboratory.hammer import Hammer
 from twin.model import Motion, Twin
-from twin.place import SI_UNIT
-from twin.recording import Channel, Recording
+from twin.quantity import QUANTITIES
+from twin.recording import Channel, Recording, implied_kind
+from twin.sensor_kinds import channel_kinds
 
 Array = NDArray[np.float64]
 
@@ -45,7 +46,7 @@ class Experiment:
             already [s]. The rig is at rest before.
 
     Raises:
-        ExperimentError: an instrument for a channel that cannot be, a negative settling time.
+        ExperimentError: a negative settling time.
     """
 
     excitation: Excitation = field(default_factory=Hammer)
@@ -57,11 +58,6 @@ class Experiment:
 
     def __post_init__(self) -> None:
         finite(self.settle_s, "the settling time", "s")
-        for name in self.instruments:
-            if name not in INSTRUMENT_OF:
-                Channel(name)
-        for name in self.channels or ():
-            Channel(name)
         object.__setattr__(self, "instruments", MappingProxyType(dict(self.instruments)))
 
     @property
@@ -69,10 +65,10 @@ class Experiment:
         """The channel that measures what drives the rig."""
         return "acc_ground" if self.excitation.moves_the_ground else f"force_{self.at}"
 
-    def instrument(self, channel: str) -> Instrument:
+    def instrument(self, channel: Channel) -> Instrument:
         """Return the instrument of a channel."""
-        kind = Channel(channel).kind
-        return self.instruments.get(channel, self.instruments.get(kind, INSTRUMENT_OF[kind]))
+        usual = INSTRUMENT_OF.get(channel.kind, Instrument())
+        return self.instruments.get(channel.name, self.instruments.get(channel.kind, usual))
 
     def time_base(self) -> TimeBase:
         """Return the instants the test is simulated at."""
@@ -133,22 +129,32 @@ def perform(
     truth, motion = _simulate(experiment, twin, base, history, progress)
     # response and input alike are what a continuous filter in front of the sampler would see
     truth[experiment.input] = straight_lines(truth[experiment.input])
-    names = experiment.channels or _usual_channels(experiment, truth)
-    readings = {}
+    kinds = {experiment.input: _input_kind(experiment), **channel_kinds(motion.model)}
+    channels = {name: Channel(name, implied_kind(name) or kinds[name]) for name in truth}
+    names = experiment.channels or _usual_channels(experiment, channels, truth)
     for name in names:
         if name not in truth:
             raise ExperimentError(
                 f"{twin.source}: nothing measures '{name}' in this test; there is "
                 f"{available(sorted(truth))}"
             )
-        instrument = experiment.instrument(name)
+    for name in experiment.instruments:
+        if name not in truth and name not in QUANTITIES and implied_kind(name) is None:
+            raise ExperimentError(
+                f"{twin.source}: an instrument for '{name}', which is no kind "
+                f"({available(QUANTITIES)}) and no channel; there is {available(sorted(truth))}"
+            )
+    readings = {}
+    for name in names:
+        instrument = experiment.instrument(channels[name])
         samples = experiment.analyser.sample(instrument.sense(truth[name], base.rate_hz), base)
         readings[name] = instrument.digitise(samples, stream(seed, repetition, name))
     recording = Recording.build(
         experiment.analyser.sampling_hz,
         {name: reading.samples for name, reading in readings.items()},
         source=f"virtual {experiment.excitation.kind} test of {Path(twin.source).name}",
-        notes=tuple(_clipping_notes(readings)),
+        notes=tuple(_clipping_notes(readings, channels)),
+        kinds={name: channel.kind for name, channel in channels.items()},
     )
     return Performance(recording, motion, base.first / base.rate_hz)
 
@@ -191,17 +197,25 @@ def _simulate(
     return {**forces, **motion.columns}, motion
 
 
-def _usual_channels(experiment: Experiment, truth: Mapping[str, Array]) -> tuple[str, ...]:
+def _input_kind(experiment: Experiment) -> str:
+    return "acc" if experiment.excitation.moves_the_ground else "force"
+
+
+def _usual_channels(
+    experiment: Experiment, channels: Mapping[str, Channel], truth: Mapping[str, Array]
+) -> tuple[str, ...]:
     """Return the input, the accelerations of what can move, and the pendulum's angle."""
-    moving = [name for name, x in truth.items() if Channel(name).kind == "acc" and np.any(x)]
+    moving = [name for name, x in truth.items() if channels[name].kind == "acc" and np.any(x)]
     angle = ["angle_pendulum"] if "angle_pendulum" in truth else []
     return tuple(dict.fromkeys([experiment.input, *moving, *angle]))
 
 
-def _clipping_notes(readings: Mapping[str, Reading]) -> list[str]:
+def _clipping_notes(
+    readings: Mapping[str, Reading], channels: Mapping[str, Channel]
+) -> list[str]:
     """Return one sentence for each channel that went beyond its range."""
     return [
-        f"{name} was clipped at {reading.full_scale:g} {SI_UNIT[Channel(name).kind]} in "
+        f"{name} was clipped at {reading.full_scale:g} {channels[name].unit} in "
         f"{reading.clipped} of {len(reading.samples)} samples"
         for name, reading in readings.items()
         if reading.clipped

@@ -9,7 +9,8 @@ from matplotlib.ticker import FuncFormatter
 from numpy.typing import NDArray
 
 from twin.diagnosis.result import Detection, Diagnosis, Finding, Trace
-from twin.place import KIND_NAMES, split_channel
+from twin.place import split_channel
+from twin.quantity import KIND_NAMES
 from twin.view.colours import GROUND, IDENTIFIED, MEASURED, REJECTED, SERIES, TRUE
 from twin.view.diagnosis_words import (
     p_value,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,8 @@ from numpy.typing import NDArray
 from twin.files import write_whole
 from twin.identification.response import identified_response
 from twin.identification.result import Identification
-from twin.place import SI_UNIT, split_channel
+from twin.place import split_channel
+from twin.quantity import SI_UNIT
 from twin.recording import Recording
 from twin.signals.frf import measured_response
 from twin.view.colours import FORCE, GROUND, IDENTIFIED, MEASURED, REJECTED
@@ -29,10 +31,12 @@ def save(figure: Figure, path: Path) -> Path:
     return write_whole(path, lambda part: figure.savefig(part, dpi=DPI))
 
 
-def unit_of(name: str) -> str:
-    """Return the SI unit of a channel, as it is printed."""
+def unit_of(name: str, recordings: Sequence[Recording] = ()) -> str:
+    """Return the SI unit of a channel as it is printed, of a recording's or of a frame's."""
+    found = [r.channel(name).unit for r in recordings if name in r.names]
     channel = split_channel(name)
-    return SI_UNIT[channel[0]].replace("^2", "²") if channel else ""
+    unit = found[0] if found else SI_UNIT[channel[0]] if channel else ""
+    return unit.replace("^2", "²").replace("^3", "³")
 
 
 def time_histories(result: Identification, index: int = 0) -> Figure:
@@ -44,7 +48,7 @@ def time_histories(result: Identification, index: int = 0) -> Figure:
     axes = np.atleast_1d(figure.subplots(rows, 1, sharex=True))
     for ax, name in zip(axes, inputs, strict=False):
         ax.plot(recording.time, recording.column(name), color=FORCE, lw=1, label="measured")
-        _label(ax, name)
+        _label(ax, name, recording)
     predicted = result.predicted[index]
     for column, name in enumerate(result.outputs):
         ax = axes[len(inputs) + column]
@@ -56,7 +60,7 @@ def time_histories(result: Identification, index: int = 0) -> Figure:
         ax.plot(
             recording.time, measured - predicted[:, column], color=GROUND, lw=0.6, label="residual"
         )
-        _label(ax, name)
+        _label(ax, name, recording)
     for ax in axes:
         ax.legend(loc="upper right", ncols=3, fontsize=8, framealpha=0.9)
         ax.margins(x=0)
@@ -65,8 +69,8 @@ def time_histories(result: Identification, index: int = 0) -> Figure:
     return figure
 
 
-def _label(ax: Axes, name: str) -> None:
-    ax.set_ylabel(f"{name}\n[{unit_of(name)}]")
+def _label(ax: Axes, name: str, recording: Recording) -> None:
+    ax.set_ylabel(f"{name}\n[{unit_of(name, [recording])}]")
     ax.grid(alpha=0.3)
 
 
@@ -113,7 +117,8 @@ def frequency_responses(result: Identification) -> Figure:
                 color=MEASURED, alpha=0.7,
             )  # fmt: skip
             lower.plot(freq, np.degrees(np.angle(H[:, i, j])), style, lw=0.9, color=IDENTIFIED)
-        unit = f"({unit_of(result.outputs[0])})/({unit_of(drive)})".replace("(N)", "N")
+        above, below = (unit_of(n, result.recordings) for n in (result.outputs[0], drive))
+        unit = f"({above})/({below})".replace("(N)", "N")
         upper.set_title(f"input {drive}, {measured.method}", fontsize=9)
         upper.set_ylabel(f"magnitude [{unit}]")
         lower.set_ylabel("phase [°]")

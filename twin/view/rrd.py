@@ -111,7 +111,7 @@ def _blueprint(result: Identification, moving: bool) -> rrb.Blueprint:
     present = [n for n in result.inputs if n in result.recordings[0].names]
     signals = [
         rrb.TimeSeriesView(
-            origin=f"signals/{name}", name=f"{name} [{figures.unit_of(name)}]",
+            origin=f"signals/{name}", name=f"{name} [{figures.unit_of(name, result.recordings)}]",
             plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop),
         )
         for name in (*present, *result.outputs)
