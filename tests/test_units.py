@@ -1,10 +1,12 @@
+import re
 import subprocess
 import sys
 
 import pytest
 
 from twin.errors import RecordingError
-from twin.units import SI, si_factor, split_name
+from twin.quantity import QUANTITIES
+from twin.units import SI, quantity_of, si_factor, split_name
 
 
 @pytest.mark.parametrize(
@@ -89,6 +91,41 @@ def test_a_monstrous_unit_is_shortened_in_the_message():
 )
 def test_a_header_splits_into_name_and_unit(text, parts):
     assert split_name(text) == parts
+
+
+@pytest.mark.parametrize(
+    ("unit", "kind", "si", "factor"),
+    [
+        ("N", "force", "N", 1.0),
+        ("lbf", "force", "N", 4.4482216152605),
+        ("g", "acc", "m/s^2", 9.80665),
+        ("mm/s", "vel", "m/s", 1e-3),
+        ("rpm", "rate", "rad/s", 0.10471975511965977),
+        ("deg/s^2", "angacc", "rad/s^2", 0.017453292519943295),
+        ("N mm", "torque", "N m", 1e-3),
+        ("um/m", "strain", "m/m", 1e-6),
+        ("microstrain", "strain", "m/m", 1e-6),
+        ("µε", "strain", "m/m", 1e-6),
+        ("mV", "voltage", "V", 1e-3),
+        ("mA", "current", "A", 1e-3),
+        ("bar", "pressure", "Pa", 1e5),
+        ("%", "number", "1", 0.01),
+        ("-", "number", "1", 1.0),
+        ("g/s", "other", "kg/s", 1e-3),
+        ("degC", "other", "degC", 1.0),
+    ],
+)
+def test_a_unit_says_the_quantity(unit, kind, si, factor):
+    found = quantity_of(unit, "x")
+    assert found[:2] == (kind, si)
+    assert found[2] == pytest.approx(factor, rel=1e-12)
+    assert quantity_of(si, "x") == (kind, si, 1.0), "written in SI, it is read as the same"
+
+
+def test_every_kind_is_said_by_its_own_unit_and_examples():
+    for kind, quantity in QUANTITIES.items():
+        for unit in (quantity.unit, *re.findall(r"\[(.*?)\]", quantity.examples)):
+            assert quantity_of(unit, "x")[:2] == (kind, quantity.unit)
 
 
 def test_units_in_si_do_not_load_pint():

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 _PLACE = re.compile(r"^(?:(ground|pendulum)|(floor|storey)([1-9][0-9]*))$")
 _CHANNEL = re.compile(r"^(force|acc|disp|angle|torque)_(ground|pendulum|floor[1-9][0-9]*)$")
 
+
 @dataclass(frozen=True, order=True)
 class Place:
     """Where something is: ``kind`` is ground, floor, storey or pendulum; ``number`` from 1."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import mujoco
 
 _S = mujoco.mjtSensor
+_BALL, _HINGE = int(mujoco.mjtJoint.mjJNT_BALL), int(mujoco.mjtJoint.mjJNT_HINGE)
 _VECTOR = {
     _S.mjSENS_ACCELEROMETER: "acc",
     _S.mjSENS_VELOCIMETER: "vel",
@@ -73,9 +74,9 @@ def channel_kinds(model: mujoco.MjModel) -> dict[str, str]:
 
 def sensor_kind(model: mujoco.MjModel, index: int) -> str:
     """Return the kind of the sensor with this index, "other" for none of ours."""
-    kind, at = model.sensor_type[index], int(model.sensor_objid[index])
+    kind, at = _S(int(model.sensor_type[index])), int(model.sensor_objid[index])
     if kind in _AT_JOINT:
-        return _AT_JOINT[kind][model.jnt_type[at] == mujoco.mjtJoint.mjJNT_HINGE]
+        return _AT_JOINT[kind][int(model.jnt_type[at] == _HINGE)]
     if kind in _AT_ACTUATOR:
         return _AT_ACTUATOR[kind][_turns(model, at)]
     return _VECTOR.get(kind, _SCALAR.get(kind, "other"))
@@ -84,10 +85,10 @@ def sensor_kind(model: mujoco.MjModel, index: int) -> str:
 def _turns(model: mujoco.MjModel, actuator: int) -> bool:
     """Return whether an actuator turns something: its joint is a hinge or a ball."""
     joints = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
-    if model.actuator_trntype[actuator] not in joints:
+    acts_on = mujoco.mjtTrn(int(model.actuator_trntype[actuator]))
+    if acts_on not in joints:
         gear = model.actuator_gear[actuator]
-        at_site = model.actuator_trntype[actuator] == mujoco.mjtTrn.mjTRN_SITE
+        at_site = acts_on == mujoco.mjtTrn.mjTRN_SITE
         return bool(at_site and gear[3:].any() and not gear[:3].any())
     joint = int(model.actuator_trnid[actuator, 0])
-    turning = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_BALL)
-    return bool(model.jnt_type[joint] in turning)
+    return bool(model.jnt_type[joint] in (_BALL, _HINGE))

@@ -75,7 +75,7 @@ def test_an_unseen_recording_gets_its_error(recording, file, tmp_path, capsys):
     [
         (lambda t: t.replace("force_floor1 [N]", "force_floor1 [parsec]"), "parsec"),
         (lambda t: t.replace("acc_floor2", "acc_floor1"), "acc_floor1"),
-        (lambda t: t.replace("acc_floor2", "acc_attic"), "acc_attic"),
+        (lambda t: t.replace("acc_floor2 [m/s^2]", "acc_attic"), "acc_attic"),
         (lambda t: "\n".join(t.splitlines()[:12]), "too few"),
         (lambda _: "", "empty"),
     ],

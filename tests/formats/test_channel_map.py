@@ -51,8 +51,9 @@ def test_a_column_may_become_the_time(path):
         (["a=acc_floor1 [g]"], r"column 'a' appears 2 times \(columns 2, 3\)"),
         (["F=force_floor1", "b = c=force_floor1 [N]"], "channel 'force_floor1' appears twice"),
         (["F=force_floor1 [s]"], r"the unit \[s\] is not one of force"),
-        (["F=force_flor1 [N]"], "unknown channel 'force_flor1'; channels are time, force_ground"),
-        (["F=storey1 [N]"], "unknown channel 'storey1'"),
+        (["a=storey1"], "column 'a' appears 2 times"),
+        (["b = c=A3 [bananas]"], r"unknown unit \[bananas\]"),
+        (["F=tip", "b = c=tip.x [N]"], "channel 'tip' appears twice"),
         (["force_floor1 [N]"], "not of the form"),
         (["=force_floor1 [N]"], "not of the form"),
         (["F="], "not of the form"),
@@ -66,9 +67,11 @@ def test_a_wrong_map_is_told_what_is_wrong(path, options, message):
         read(path, *options)
 
 
-def test_a_dictionary_with_an_unknown_target_is_refused(path):
-    with pytest.raises(RecordingError, match="unknown channel 'force' in the channel map"):
-        read_recording(path, {"F": "force [N]"}, 2.0)
+def test_a_column_may_become_any_channel(path):
+    recording = read(path, "F=tip_force", "b = c=column3.y [m/s^2]")
+    assert [c.title for c in recording.channels] == ["tip_force [N]", "column3.y [m/s^2]"]
+    assert recording.column("tip_force")[0] == pytest.approx(4.4482216152605)
+    assert recording.inputs == ("tip_force",)
 
 
 def test_a_long_list_of_columns_is_cut(tmp_path):

@@ -121,7 +121,7 @@ def test_a_rate_that_is_no_positive_number_is_refused(file, rate):
         ("[N]", "[bananas]", "column 'force_floor1 [bananas]': unknown unit [bananas]"),
         (" [m/s^2]", "", "column 'acc_floor1' has no unit; write [m/s^2], [g], [mm/s^2]"),
         ("time [s]", "time", "column 'time' has no unit; write [s], [ms]"),
-        ("force_floor1", "Force", "unknown channel 'Force [N]'; channels are force_ground"),
+        ("force_floor1 [N]", "Force", "column 'Force' has no unit, so nothing says what it measu"),
         ("acc_floor1 [m/s^2]", "force_floor1 [N]", "'force_floor1' appears twice (columns 2 and 3"),
         ("force_floor1 [N]", "time [s]", "channel 'time' appears twice (columns 1 and 2)"),
         ("time [s]", "disp_floor1 [m]", "no column 'time [s]' among 'disp_floor1 [m]'"),
@@ -159,7 +159,7 @@ def test_decimal_commas_get_a_hint(file):
         (bytes(range(256)), "not a text file"),
         (b"\xff\xfe\xfd,\x80\n1,2\n", "this is UTF-16"),
         ("{}", "a header but no samples"),
-        ("<html>\n</html>\n", "unknown channel '<html>'"),
+        ("<html>\n</html>\n", "column '<html>' has no unit, so nothing says"),
     ],
 )
 def test_a_file_that_is_no_recording_says_so(file, content, message):

@@ -40,6 +40,41 @@ def test_what_is_written_is_read_back_bit_for_bit(tmp_path, suffix, rate):
     assert back.notes == ()
 
 
+ODD = {
+    "acc_floor1_y [m/s^2]": "acc",
+    "acc_floor1.y [m/s^2]": "acc",
+    "tip_force [N]": "force",
+    "A3 [m/s^2]": "acc",
+    "A 3 [m/s^2]": "acc",
+    "reference position [m]": "disp",
+    "wheel_speed [rad/s]": "rate",
+    "gauge, left [m/m]": "strain",
+    "column3/top [V]": "voltage",
+    "a = b [N m]": "torque",
+    "units [1]": "number",
+    "file [kg/s]": "other",
+    "3 'quoted' [it] x [Pa]": "pressure",
+}
+
+
+@pytest.mark.parametrize("suffix", WRITTEN)
+def test_any_name_and_unit_is_read_back(tmp_path, suffix):
+    samples = np.random.default_rng(1).standard_normal((20, len(ODD)))
+    original = Recording.build(50.0, dict(zip(ODD, samples.T, strict=True)), "virtual")
+    back = read_recording(write_recording(original, tmp_path / f"r{suffix}"))
+    assert [c.title for c in back.channels] == list(ODD)
+    assert [c.kind for c in back.channels] == list(ODD.values())
+    assert np.array_equal(back.data, original.data)
+    assert back.inputs == ("tip_force", "a = b")
+
+
+@pytest.mark.parametrize("suffix", sorted(set(WRITTEN) - {".uff", ".unv"}))
+def test_names_beyond_ascii_are_read_back(tmp_path, suffix):
+    original = Recording.build(50.0, {"Stockwerk ü [m]": [1.0, 2.0], "λ [N]": [0.0, 1.0]})
+    back = read_recording(write_recording(original, tmp_path / f"r{suffix}"))
+    assert back.names == original.names
+
+
 @pytest.mark.parametrize("suffix", WRITTEN)
 @pytest.mark.parametrize("start", [-3.25, 1234.56789])
 def test_the_start_is_kept(tmp_path, suffix, start):

@@ -40,7 +40,7 @@ def test_a_recording_of_the_ground_serves_too(tmp_path):
     ("text", "message"),
     [
         ("", "the file is empty"),
-        ("time,speed\n0,1\n", "unknown channel 'speed'"),
+        ("time [s],speed\n0,1\n", "no unit, so nothing says what it measures"),
         ("time [s],acc_floor1 [g]\n0,1\n1,1\n", "no column 'acceleration' or 'acc_ground'"),
         ("time [s],acceleration [ft]\n0,1\n", r"unit \[ft\] is not one of acceleration"),
         ("time,acceleration\n0,1\n", "1 sample "),

@@ -16,7 +16,8 @@ def read(path: Path) -> Table:
     """List the datasets of all groups; those that are wanted are loaded when asked for.
 
     A dataset in a group is named by its path ("run1/force"), or by its attribute ``name``. Units
-    stand in the attribute ``unit`` or ``units``; the root's attribute ``sampling_hz`` is the rate of a file without time.
+    stand in the attribute ``unit`` or ``units``; the root's attribute ``sampling_hz`` is the rate
+    of a file without time.
 
     Raises:
         RecordingError: damaged, or without datasets.

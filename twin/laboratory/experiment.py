@@ -210,9 +210,7 @@ def _usual_channels(
     return tuple(dict.fromkeys([experiment.input, *moving, *angle]))
 
 
-def _clipping_notes(
-    readings: Mapping[str, Reading], channels: Mapping[str, Channel]
-) -> list[str]:
+def _clipping_notes(readings: Mapping[str, Reading], channels: Mapping[str, Channel]) -> list[str]:
     """Return one sentence for each channel that went beyond its range."""
     return [
         f"{name} was clipped at {reading.full_scale:g} {channels[name].unit} in "
