@@ -5,18 +5,22 @@ import doctest
 import numpy as np
 import pytest
 
+import twin.channel
 import twin.recording
+from twin.channel import Channel
 from twin.errors import RecordingError
 from twin.model import Twin
-from twin.recording import Channel, Recording
+from twin.recording import Recording
 from twin.sensor_kinds import channel_kinds
 
 X = np.array([0.0, 1.0, -1.0])
 
 
 def test_the_examples_in_the_docstrings_hold():
-    assert doctest.testmod(twin.recording).attempted > 3
-    assert doctest.testmod(twin.recording).failed == 0
+    for module in (twin.channel, twin.recording):
+        result = doctest.testmod(module)
+        assert result.attempted
+        assert not result.failed
 
 
 @pytest.mark.parametrize(

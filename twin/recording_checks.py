@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.channel import GROUND
 from twin.errors import RecordingError, available
-from twin.recording import GROUND, Recording
+from twin.recording import Recording
 
 Array = NDArray[np.float64]
 

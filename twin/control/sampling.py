@@ -8,10 +8,10 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.channel import Channel
 from twin.errors import ControlError
 from twin.instruments import ENCODER, Instrument
 from twin.laboratory.experiment import stream
-from twin.recording import Channel
 
 Array = NDArray[np.float64]
 

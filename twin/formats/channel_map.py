@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from twin.channel import Channel, channel_in, implied_kind
 from twin.errors import RecordingError
 from twin.formats.table import Column, Table
-from twin.recording import Channel, channel_in, implied_kind
 from twin.units import EXAMPLES, shown, si_factor, split_name
 
 TIME = "time"

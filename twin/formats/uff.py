@@ -15,11 +15,12 @@ from warnings import catch_warnings, simplefilter
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.channel import AXES, Channel
 from twin.errors import RecordingError
 from twin.formats.table import Column, Table, decoding, library, samples_of
 from twin.formats.time_axis import roundest, uniform
 from twin.place import split_channel
-from twin.recording import AXES, Channel, Recording
+from twin.recording import Recording
 from twin.units import split_name
 
 Array = NDArray[np.float64]

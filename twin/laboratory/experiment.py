@@ -11,6 +11,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.channel import Channel, implied_kind
 from twin.errors import ExperimentError, available
 from twin.instruments import INSTRUMENT_OF, Instrument, Reading
 from twin.laboratory.analyser import Analyser, straight_lines
@@ -18,7 +19,7 @@ from twin.laboratory.excitation import Excitation, TimeBase, finite
 from twin.laboratory.hammer import Hammer
 from twin.model import Motion, Twin
 from twin.quantity import QUANTITIES
-from twin.recording import Channel, Recording, implied_kind
+from twin.recording import Recording
 from twin.sensor_kinds import channel_kinds
 
 Array = NDArray[np.float64]
