@@ -78,7 +78,6 @@ def add_modal_damping(document: Document, design: Damped, frame: Linearisation) 
         tendon = add(
             tendons,
             "fixed",
-            name=f"damping_mode{mode + 1}",
             damping=_rounded(2 * ratio * omega),
         )
         load = _signed(loads[:, mode])
