@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from twin.arrays import frozen
-from twin.errors import ModelError
+from twin.errors import ModelError, available
 from twin.modal import ModalModel, poles_to_modal
-from twin.model.port import GROUND, Port, PortKind, distinct, find_port
+from twin.model.port import GROUND, Port, PortKind, base_axis, distinct, find_port
 from twin.state_space import StateSpace
 
 Array = NDArray[np.float64]
@@ -54,7 +54,9 @@ class SecondOrderModel:
         found, below = {}, rows.get(GROUND, np.zeros(len(self.coordinates)))
         for name in floors:
             storey = f"storey{name.removeprefix(FLOOR)}"
-            found[storey] = Port(storey, "drift", rows[name] - below, "m", f"joint {storey}")
+            carries = tuple(floors[floors.index(name) :])
+            drift = rows[name] - below
+            found[storey] = Port(storey, "drift", drift, element=f"joint {storey}", carries=carries)
             below = rows[name]
         for name, row in rows.items():
             if name == PENDULUM:
@@ -70,6 +72,31 @@ class SecondOrderModel:
             ModelError: there is no such port; the message lists those there are.
         """
         return find_port(self.ports, name).row
+
+    def port_of(self, name: str) -> Port:
+        """Return a port, or the relative motion "A-B" of two. Raises ModelError: no such port."""
+        return find_port(self.ports, name)
+
+    def base_axis(self, place: str) -> str:
+        """Return "x". Raises ModelError: the place is no base."""
+        return base_axis(place, ("x",))
+
+    def carried(self, name: str) -> float:
+        """Return the mass of the floors that a storey carries [kg].
+
+        Raises:
+            ModelError: no such storey; the message lists those there are.
+        """
+        carries = {port.name: port.carries for port in self.ports.values() if port.carries}
+        if name not in carries:
+            raise ModelError(f"no place '{name}' with floors above; there are {available(carries)}")
+        return float(sum(self.M[i, i] for i in map(self.coordinates.index, carries[name])))
+
+    def loaded(self, name: str, mass: float) -> SecondOrderModel:
+        """Return the model with a mass on a floor [kg]. Raises ModelError: no such floor."""
+        if name not in self.places("body"):
+            raise ModelError(f"no place '{name}'; there are {available(self.places('body'))}")
+        return self.adding(M=mass, along=self.port(name))
 
     def places(self, kind: PortKind) -> tuple[str, ...]:
         """Return the names of the places where a structural mechanism of a kind can sit."""

@@ -36,7 +36,7 @@ def run(laws, u, y, steps=1, rate=RATE, gains=None, start=None, limits=FREE, mem
 def filled(cls):
     """A law of a class with values of every size at once."""
     draw = rng(7)
-    law = cls("storey1" if cls.where != "floor" else "floor1")
+    law = cls("storey1" if cls.on != "motion" else "floor1")
     return law.with_values({name: float(draw.uniform(0.5, 2.0)) for name in law.parameters})
 
 

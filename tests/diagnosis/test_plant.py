@@ -61,7 +61,7 @@ def test_changes_of_the_structure_are_in_the_plant():
 
 
 def test_a_place_that_is_not_there_is_an_error():
-    with pytest.raises(ModelError, match="no place 'storey3'; there are storey1, storey2"):
+    with pytest.raises(ModelError, match="no port 'storey3'; there are storey1, storey2"):
         build(TWO, (ALL["cubic_stiffness"]("storey3", 1.0),), FORCE, ACC)
 
 

@@ -1,5 +1,6 @@
 """Edits of MuJoCo models that are not like the shipped ones, and twins that carry mechanisms."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import mujoco
@@ -12,7 +13,7 @@ from scipy.linalg import solve_continuous_lyapunov
 from twin import mechanisms
 from twin.errors import ModelError
 from twin.linearise import linearise
-from twin.mechanisms.edits import add_drift_tendon, add_floor_tendon, body_of
+from twin.mechanisms.edits import Line, body_named
 from twin.mechanisms.shifting import later
 from twin.mechanisms.sliders import as_sliders
 from twin.model import Twin
@@ -28,11 +29,11 @@ GEOMS = """<mujoco><compiler {compiler}/><option gravity="0 0 0"/><worldbody><bo
 <framepos name="disp_floor1" objtype="xbody" objname="floor1"/></sensor></mujoco>"""
 
 
-def lengths(twin, add, place):
+def lengths(twin, place):
     """Length of an added tendon over the displacement of floor 2, ground free."""
     spec = mujoco.MjSpec.from_string(twin.mjcf)
     spec.delete(spec.equality("clamp"))
-    add(spec, place, "probe")
+    Line.of(spec, place).tendon("probe")
     model = spec.compile()
     data = mujoco.MjData(model)
     data.qvel[:] = np.random.default_rng(0).standard_normal(model.nv)
@@ -49,22 +50,20 @@ def lengths(twin, add, place):
 
 @pytest.mark.parametrize("twin", [LUMPED, RIGID], ids=["lumped", "rigid"])
 def test_a_drift_is_between_floors_and_a_floor_s_displacement_is_absolute(twin):
-    found, rate = lengths(twin, add_drift_tendon, "storey2")
+    found, rate = lengths(twin, "storey2")
     assert found == pytest.approx(rate["floor2"] - rate["floor1"], rel=1e-9)
-    found, rate = lengths(twin, add_drift_tendon, "storey1")
+    found, rate = lengths(twin, "storey1")
     assert found == pytest.approx(rate["floor1"] - rate["ground"], rel=1e-9)
-    found, rate = lengths(twin, add_floor_tendon, "floor2")
+    found, rate = lengths(twin, "floor2")
     assert found == pytest.approx(rate["floor2"], rel=1e-9)
 
 
 def test_a_place_that_is_not_there_is_an_error_with_those_that_are():
     spec = mujoco.MjSpec.from_string(LUMPED.mjcf)
-    with pytest.raises(ModelError, match="no place 'storey3'; there are storey1, storey2"):
-        add_drift_tendon(spec, "storey3", "x")
-    with pytest.raises(ModelError, match="no place 'storey1'; there are floor1, floor2"):
-        add_floor_tendon(spec, "storey1", "x")
-    with pytest.raises(ModelError, match="there are floor1, floor2, ground"):
-        body_of(spec, "roof")
+    with pytest.raises(ModelError, match="no place 'storey3'; there are ground, storey1, storey2"):
+        Line.of(spec, "storey3")
+    with pytest.raises(ModelError, match="no place 'roof'; there are ground, floor1, floor2"):
+        body_named(spec, "roof")
 
 
 @pytest.mark.parametrize("compiler", ["", 'inertiafromgeom="true"'])
@@ -79,10 +78,16 @@ def test_mass_that_comes_from_geoms_can_be_added_to_and_taken_from(compiler):
         twin.including(ALL["mass"]("floor1", -1.0))
 
 
-def test_a_mechanism_twice_at_one_place_is_an_error():
-    friction = ALL["coulomb_friction"]("storey1", 0.1)
-    with pytest.raises(ModelError, match="storey1_coulomb_friction"):
-        LUMPED.including(friction, friction)
+def test_a_mechanism_twice_at_one_place_is_twice_as_strong_also_in_a_file_that_is_read_again():
+    spring = ALL["stiffness"]("storey1", 25.0)
+    wanted = replace(spring, change=50.0).edit(LUMPED.second_order()).K
+    again = Twin(LUMPED.including(spring).mjcf_of()).including(spring)
+    for twin in (LUMPED.including(spring, spring), again):
+        np.testing.assert_allclose(twin.second_order().K, wanted, atol=1e-8)
+    drift = ALL["stiffness_drift"]("storey1", 0.01, 518.0)
+    assert LUMPED.including(drift, drift).compile().nu == LUMPED.compile().nu + 2
+    swings = ALL["appendage"]("floor2", 0.1, 2.0, 0.02)
+    assert Twin(LUMPED.including(swings).mjcf_of()).including(swings).compile().nv == 4
 
 
 def test_the_text_stays_and_the_twin_keeps_what_it_has_when_released():
@@ -257,7 +262,7 @@ def test_a_lab_s_own_mechanism_comes_by_its_entry_point(monkeypatch):
     mechanisms._found.cache_clear()
     try:
         assert mechanisms.vocabulary()["own_spring"] is Own
-        assert mechanisms.places(Own, ["floor1"], []) == ["storey1"]
+        assert mechanisms.places(Own, LUMPED.second_order(), {}) == ["storey1", "storey2"]
     finally:
         mechanisms._found.cache_clear()
 

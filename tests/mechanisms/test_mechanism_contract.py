@@ -11,6 +11,7 @@ import pytest
 from mechanism_support import RATE, SAMPLES, error, integrate, push
 
 from twin import mechanisms
+from twin.diagnosis.places import places
 from twin.errors import ModelError
 from twin.mechanisms.mechanism import ChannelFault, Law, StructuralChange, Surroundings
 from twin.mechanisms.stiffness_drift import CLOCK
@@ -91,11 +92,11 @@ def absorber():
 
 
 def rig(mechanism):
-    return absorber() if mechanism.where == "pendulum" else frame()
+    return absorber() if mechanism.on == "actuator" else frame()
 
 
 def at(cls):
-    return mechanisms.places(cls, FLOORS, CHANNELS)
+    return places(cls, absorber().second_order(), CHANNELS)
 
 
 def simulated(twin, samples=SAMPLES):
@@ -237,16 +238,17 @@ def test_the_exported_file_moves_the_same_in_plain_mujoco(mechanism, tmp_path):
 
 @pytest.mark.parametrize("cls", ALL.values(), ids=ident)
 def test_a_wrong_place_is_an_error_that_lists_the_places(cls):
-    wrong = {"storey": "storey9", "floor": "floor9", "ground": "floor1", "channel": "acc_floor9"}
-    wrong |= {"channels": "acc_floor1+acc_floor9", "pendulum": "pendulum"}
-    there = {"storey": "storey1, storey2", "floor": "floor1, floor2", "ground": "ground"}
-    there |= {"channel": "acc_floor1", "channels": "acc_floor1", "pendulum": "floor1"}
+    wrong = {"drift": "storey9", "motion": "floor9", "body": "floor9", "base": "floor1"}
+    wrong |= {"channel": "acc_floor9", "channels": "acc_floor1+acc_floor9", "actuator": "pendulum"}
+    there = {"drift": "storey1, storey2", "motion": "floor1, floor2", "body": "floor1, floor2"}
+    there |= {"base": "ground", "channel": "acc_floor1", "channels": "acc_floor1"}
+    there |= {"actuator": "pendulum"}
     start = cls.starts(at(cls)[0], AROUND)[0]
-    elsewhere = dataclasses.replace(start, place=wrong[cls.where])
-    with pytest.raises(ModelError, match=there[cls.where]):
+    elsewhere = dataclasses.replace(start, place=wrong[cls.on])
+    with pytest.raises(ModelError, match=there[cls.on]):
         frame().including(elsewhere)
     if issubclass(cls, StructuralChange):
-        with pytest.raises(ModelError, match=there[cls.where]):
+        with pytest.raises(ModelError, match=there[cls.on]):
             elsewhere.edit(frame().second_order())
 
 

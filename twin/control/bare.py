@@ -52,7 +52,7 @@ def without_pendulum(twin: Twin) -> Twin:
     for section in root.findall("actuator") + root.findall("sensor"):
         for element in [child for child in section if child.get("joint") in joints]:
             section.remove(element)
-    others = tuple(m for m in twin.mechanisms if m.where != "pendulum")
+    others = tuple(m for m in twin.mechanisms if m.on != "actuator")
     return replace(twin, mjcf=ElementTree.tostring(root, encoding="unicode"), mechanisms=others)
 
 

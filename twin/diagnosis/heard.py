@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
-from twin import mechanisms
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.fitting import Fit
+from twin.diagnosis.places import places
 from twin.diagnosis.plant import build
 from twin.diagnosis.predict import unmeasured
 from twin.diagnosis.refining import refined
@@ -49,7 +49,7 @@ def elsewhere(bench: Bench, found: Fit) -> list[Fit]:
     base = replace(found.hypothesis, found=found.hypothesis.found[:-1])
     out = []
     for force in (own, *_edged(bench, found)):
-        for place in mechanisms.places(type(own), floors, ()):
+        for place in places(type(own), bench.model, ()):
             if (place, force.edged) == (own.place, own.edged):
                 continue
             # newtons at a floor, metres a second squared at the ground

@@ -22,8 +22,6 @@ from twin.mechanisms.mechanism import (
     Law,
     Mechanism,
     StructuralChange,
-    floor_vector,
-    storey_vector,
 )
 from twin.mechanisms.replay import in_order
 from twin.second_order import SecondOrderModel
@@ -70,7 +68,7 @@ def laws_of(mechanisms: Sequence[Mechanism]) -> tuple[Law, ...]:
 
 def place_vector(model: SecondOrderModel, place: str) -> Array:
     """Return b with the motion at a place = b^T x: a storey's drift or a place's displacement."""
-    return storey_vector(model, place) if place.startswith("storey") else floor_vector(model, place)
+    return model.port(place)
 
 
 def build(
@@ -159,7 +157,7 @@ def _entry(model: SecondOrderModel, name: str) -> Array:
     place = name.split("_", 1)[1]
     if place not in model.coordinates:
         return np.zeros(n)
-    return floor_vector(model, place)
+    return model.port(place)
 
 
 def _grown(plant: Plant, block: Array, into: Array) -> Plant:
@@ -197,7 +195,7 @@ def _with_disturbance(plant: Plant, mechanism: Disturbance, outputs: Sequence[st
     if shaken:
         force = -model.M @ np.array([float(c != "pendulum") for c in model.coordinates])
     else:
-        force = floor_vector(model, mechanism.place)
+        force = model.port(mechanism.place)
     n = len(model.coordinates)
     acceleration = np.linalg.solve(model.M, force)
     into = np.zeros((len(plant.A), k))

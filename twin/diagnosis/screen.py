@@ -18,6 +18,7 @@ from twin.diagnosis.base import bent, surroundings
 from twin.diagnosis.bench import Bench
 from twin.diagnosis.filtering import Gain
 from twin.diagnosis.fitting import Slopes, fit, gains_of, log_likelihood
+from twin.diagnosis.places import places
 from twin.diagnosis.refining import with_slack, with_widths
 from twin.diagnosis.regression import Regression
 from twin.diagnosis.scene import Candidate, Scene
@@ -51,11 +52,10 @@ def screen(scene: Scene, without: Sequence[tuple[str, str]] = ()) -> list[Candid
     peaks = scene.peaks()
     regression = Regression(scene)
     out = []
-    floors = [c for c in bench.model.coordinates if c.startswith("floor")]
     channels = [*bench.trials[0].outputs, *bench.trials[0].inputs]
     channels = [c for c in channels if not c.startswith("law_")]
     for name, cls in mechanisms.vocabulary().items():
-        for place in mechanisms.places(cls, floors, channels):
+        for place in places(cls, bench.model, channels):
             if (name, place) in without or not _possible(cls, place, bench):
                 continue
             around = surroundings(bench, motion, scene.heights, place, peaks)
@@ -77,9 +77,9 @@ def screen(scene: Scene, without: Sequence[tuple[str, str]] = ()) -> list[Candid
 
 def _possible(cls: type[Mechanism], place: str, bench: Bench) -> bool:
     """Return whether the model and the recordings have what the mechanism needs."""
-    if cls.where in ("channel", "channels"):
+    if cls.on in ("channel", "channels"):
         return True
-    if cls.where == "pendulum":
+    if cls.on == "actuator":
         return "pendulum" in bench.model.coordinates
     if cls.generic:
         return False

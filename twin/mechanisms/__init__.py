@@ -6,7 +6,7 @@ each class. They need not be named anywhere else.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from functools import lru_cache
 from importlib import import_module
 from importlib.metadata import entry_points
@@ -17,6 +17,8 @@ from typing import Any
 
 from twin.errors import ModelError, available
 from twin.mechanisms.mechanism import ChannelFault, Disturbance, Mechanism
+from twin.model.linear import LinearModel
+from twin.second_order import SecondOrderModel
 
 GROUP = "frame_twin.mechanisms"
 """The entry-point group of mechanisms from elsewhere."""
@@ -65,25 +67,24 @@ def from_json(data: Mapping[str, Any]) -> Mechanism:
     return empty.with_values({key: float(value) for key, value in values.items()})
 
 
-def places(cls: type[Mechanism], model_floors: Iterable[str], channels: Iterable[str]) -> list[str]:
+def places(
+    cls: type[Mechanism], model: LinearModel | SecondOrderModel, channels: Mapping[str, str]
+) -> list[str]:
     """Return all places that a mechanism can be at.
 
     Args:
         cls: of the mechanism.
-        model_floors: "floor1", "floor2", ...
-        channels: of the recordings; a pendulum is there if one is its ("angle_pendulum").
+        model: whose ports, bodies and bases they are.
+        channels: of the recordings -> its quantity ("acc", "force", ...).
     """
-    floors, names = list(model_floors), list(channels)
-    if cls.where == "storey":
-        return [f"storey{floor.removeprefix('floor')}" for floor in floors]
-    if cls.where == "floor":
-        return [*floors, "ground"] if issubclass(cls, Disturbance) else floors
-    if cls.where == "ground":
-        return ["ground"]
-    if cls.where == "pendulum":
-        return ["pendulum"] if any(name.endswith("_pendulum") for name in names) else []
-    kinds = cls.of_channels if issubclass(cls, ChannelFault) else ()
-    faulty = [name for name in names if name.startswith(kinds)] if kinds else []
-    if cls.where == "channels":
-        return ["+".join(pair) for pair in combinations(faulty, 2)]
-    return faulty
+    if issubclass(cls, ChannelFault) and not cls.of_motor:
+        of_kind = [name for name, kind in channels.items() if kind in cls.of_kinds]
+        if cls.on == "channels":
+            return ["+".join(pair) for pair in combinations(of_kind, 2)]
+        return of_kind
+    if cls.on == "channel" or cls.on == "channels":
+        return []
+    found = list(model.places(cls.on))
+    if issubclass(cls, Disturbance):
+        found += [place for place in model.places("base") if place not in found]
+    return found

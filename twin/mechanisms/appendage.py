@@ -1,4 +1,4 @@
-"""Something that hangs on a floor and swings by itself: a cable tray, a pipe, a loose panel."""
+"""Something that hangs on a structure and swings by itself: a cable tray, a pipe, a loose panel."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
-from twin.mechanisms.edits import body_of
-from twin.mechanisms.mechanism import Surroundings, floor_vector
+from twin.mechanisms.edits import Line
+from twin.mechanisms.mechanism import Model, Surroundings
+from twin.mechanisms.rest import free_name
 from twin.mechanisms.slight import SlightChange
 from twin.parameter import Parameter
-from twin.second_order import SecondOrderModel
 
 Array = NDArray[np.float64]
 
@@ -25,18 +25,21 @@ LIGHT_COUNT = 90
 
 @dataclass(frozen=True)
 class Appendage(SlightChange):
-    """A mass on a spring and a dashpot; adds the coordinate "appendage_floorI", absolute [m].
+    """A mass on a spring and a dashpot; adds the coordinate "appendage_PLACE", absolute [m].
+
+    It swings along its port; across it, it does not load the structure. At a port that turns it is
+    a flywheel, its mass a moment of inertia.
 
     Source: the tuned mass of Den Hartog 1934, chapter 3, tuned by nobody.
     """
 
     name: ClassVar[str] = "appendage"
     verdict: ClassVar = "missing_physics"
-    where: ClassVar = "floor"
+    on: ClassVar = "motion"
     parameters: ClassVar = {
         "mass": Parameter("kg", "mass that swings", "log"),
-        "frequency": Parameter("Hz", "its own, the floor held fast", "log"),
-        "damping_ratio": Parameter("1", "its own, the floor held fast", "log"),
+        "frequency": Parameter("Hz", "its own, its support held fast", "log"),
+        "damping_ratio": Parameter("1", "its own, its support held fast", "log"),
     }
     valleys: ClassVar[int] = 7  # one at every frequency, and a slight one
     reference: ClassVar[str] = "Den Hartog 1934, Mechanical Vibrations"
@@ -56,31 +59,29 @@ class Appendage(SlightChange):
         """Of the dashpot [N s/m]."""
         return 4 * np.pi * self.frequency * self.damping_ratio * self.mass
 
-    def edit(self, model: SecondOrderModel) -> SecondOrderModel:
-        """Return the matrices with one more coordinate, the last."""
-        b = np.append(-floor_vector(model, self.place), 1.0)
-        own = np.zeros(len(b))
-        own[-1] = 1.0
-        M, R, K = (np.pad(matrix, (0, 1)) for matrix in (model.M, model.R, model.K))
-        return SecondOrderModel(
-            M + self.mass * np.outer(own, own),
-            R + self.damping * np.outer(b, b),
-            K + self.stiffness * np.outer(b, b),
-            (*model.coordinates, f"{self.name}_{self.place}"),
-        )
+    def edit(self, model: Model) -> Model:
+        """Return the model with one more coordinate, the last."""
+        label = f"{self.name}_{self.place}"
+        return model.hanging(label, self.place, self.mass, self.damping, self.stiffness)
 
     def apply(self, spec: mujoco.MjSpec) -> None:
-        """Add a body on a slide; floors do not rotate, so its inertia is of no account."""
-        floor = body_of(spec, self.place)
+        """Add a body that slides or turns in the world, held to the port by a tendon."""
+        line = Line.of(spec, self.place)
         if not self.mass:
             return
-        label = f"{self.name}_{self.place}"
-        body = floor.add_body(name=label, mass=self.mass, inertia=[1e-4 * self.mass] * 3)
+        label = free_name(f"{self.name}_{self.place}", {body.name for body in spec.bodies})
+        turns = line.motion.unit == "rad"
+        weight = 1.0 if turns else self.mass
+        size = [self.mass if turns else 1e-4 * self.mass] * 3
+        body = spec.worldbody.add_body(name=label, mass=weight, inertia=size, gravcomp=1.0)
         body.explicitinertial = True
         body.ipos = [0, 0, 0]
-        joint = body.add_joint(name=label, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[1, 0, 0])
-        joint.stiffness = [self.stiffness, 0.0, 0.0]
-        joint.damping = [self.damping, 0.0, 0.0]
+        kind = mujoco.mjtJoint.mjJNT_HINGE if turns else mujoco.mjtJoint.mjJNT_SLIDE
+        body.add_joint(name=label, type=kind, axis=[1, 0, 0])
+        spring = line.tendon(self.name)
+        spring.wrap_joint(label, -1.0)
+        spring.stiffness = [self.stiffness, 0.0, 0.0]
+        spring.damping = [self.damping, 0.0, 0.0]
 
     @classmethod
     def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:

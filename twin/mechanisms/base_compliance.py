@@ -8,20 +8,18 @@ from typing import ClassVar, Self
 import mujoco
 import numpy as np
 
-from twin.errors import ModelError
-from twin.mechanisms.edits import BASE_JOINT, body_of, follow, set_mass
-from twin.mechanisms.mechanism import StructuralChange, Surroundings
+from twin.mechanisms.base import axis_of, base_body, free_base
+from twin.mechanisms.edits import follow
+from twin.mechanisms.mechanism import Model, StructuralChange, Surroundings
 from twin.parameter import Parameter
-from twin.second_order import SecondOrderModel
 
 
 @dataclass(frozen=True)
 class BaseCompliance(StructuralChange):
-    """A spring and a dashpot from the ground to the world; an infinite stiffness is a fast base.
+    """A spring and a dashpot from the base to the world, along one axis: "ground", "ground.y".
 
-    The clamped model has no coordinate for the ground. Its forces do not change when all moves
-    together, which gives the ground's rows: K_gx = -1^T K, K_gg = 1^T K 1 + stiffness. Mass between
-    the ground and the first floor counts as the floor's.
+    The model gets one more coordinate, the base's displacement. The structure's forces do not
+    change when all moves together; its inertia does. An infinite stiffness is a fast base.
 
     Attributes:
         expected_mass: of the ground in the model [kg], or NaN; not fitted.
@@ -31,7 +29,7 @@ class BaseCompliance(StructuralChange):
 
     name: ClassVar[str] = "base_compliance"
     verdict: ClassVar = "missing_physics"
-    where: ClassVar = "ground"
+    on: ClassVar = "base"
     parameters: ClassVar = {
         "stiffness": Parameter("N/m", "of the base's support", "log"),
         "damping": Parameter("N s/m", "of the base's support", "log"),
@@ -57,44 +55,22 @@ class BaseCompliance(StructuralChange):
         """Return a base ``factor`` times as compliant."""
         return self._times(1 / factor, "stiffness")
 
-    def edit(self, model: SecondOrderModel) -> SecondOrderModel:
-        """Return the matrices with the coordinate "ground", before the pendulum's.
+    def edit(self, model: Model) -> Model:
+        """Return the model with the base's coordinate, named as the place.
 
         Raises:
-            ModelError: the ground moves already, or the place is another.
+            ModelError: the base moves already, or the place is another.
         """
-        if self.place != "ground":
-            raise ModelError(f"no place '{self.place}' for {self.name}; there is ground")
-        if "ground" in model.coordinates:
-            raise ModelError(f"{self.name}: the ground moves already, on a support of its own")
-        n = len(model.coordinates)
-        at = model.coordinates.index("pendulum") if "pendulum" in model.coordinates else n
-        together = np.array([float(c != "pendulum") for c in model.coordinates])
-        relative = np.insert(np.eye(n), at, -together, axis=1)
-        own = np.zeros(n + 1)
-        own[at] = 1.0
-        M = np.insert(np.insert(model.M, at, 0.0, axis=0), at, 0.0, axis=1)
-        return SecondOrderModel(
-            M + self.mass * np.outer(own, own),
-            relative.T @ model.R @ relative + self.damping * np.outer(own, own),
-            relative.T @ model.K @ relative + self.stiffness * np.outer(own, own),
-            (*model.coordinates[:at], "ground", *model.coordinates[at:]),
-        )
+        axis = model.base_axis(self.place)
+        return model.on_base(self.place, axis, self.damping, self.stiffness, self.mass)
 
     def apply(self, spec: mujoco.MjSpec) -> None:
-        """Put the body ``ground`` on a slide, on top of the clamp or the drive that holds it."""
-        if self.place != "ground":
-            raise ModelError(f"no place '{self.place}' for {self.name}; there is ground")
-        ground = body_of(spec, "ground")
+        """Put the body that carries everything on a slide, on top of what holds it."""
+        axis = axis_of(spec, self.place)
+        base_body(spec)
         if np.isinf(self.stiffness):
             return
-        held = spec.joint("ground")
-        if held is not None and not held.armature:
-            if spec.equality("clamp") is None:
-                raise ModelError(f"{self.name}: the ground moves already, on a support of its own")
-            held.armature = 1.0  # two slides in one body: without it the mass matrix is singular
-        set_mass(spec, ground, total=self.mass)
-        joint = ground.add_joint(name=BASE_JOINT, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[1, 0, 0])
+        joint = free_base(spec, self.mass, axis, self.name)
         joint.stiffness = [self.stiffness, 0.0, 0.0]
         joint.damping = [self.damping, 0.0, 0.0]
         follow(spec, self.mass, self.damping, self.stiffness)

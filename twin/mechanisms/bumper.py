@@ -8,13 +8,10 @@ from typing import Any, ClassVar, Self
 import mujoco
 import numpy as np
 
-from twin.mechanisms.edits import add_drift_tendon
+from twin.mechanisms.edits import FAR, Line
 from twin.mechanisms.mechanism import Law, Surroundings
 from twin.mechanisms.scales import peak
 from twin.parameter import Parameter
-
-FAR = 1000.0
-"""Where a tendon's spring has no other end [m]."""
 
 
 def law(drift: Any, rate: Any, memory: Any, time: Any, stiffness: Any, gap: Any) -> Any:
@@ -33,7 +30,7 @@ class Bumper(Law):
 
     name: ClassVar[str] = "bumper"
     verdict: ClassVar = "missing_physics"
-    where: ClassVar = "storey"
+    on: ClassVar = "drift"
     parameters: ClassVar = {
         "stiffness": Parameter("N/m", "of the stop", "log"),
         "gap": Parameter("m", "drift at which it is hit; its sign is the side"),
@@ -48,9 +45,11 @@ class Bumper(Law):
 
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Add a tendon along the drift whose spring has a dead range up to the gap."""
-        tendon = add_drift_tendon(spec, self.place, self.name)
+        line = Line.of(spec, self.place)
+        tendon = line.tendon(self.name)
         tendon.stiffness = [self.stiffness, 0.0, 0.0]
-        tendon.springlength = [self.gap, FAR] if self.gap < 0 else [-FAR, self.gap]
+        low, high = (self.gap, FAR) if self.gap < 0 else (-FAR, self.gap)
+        line.dead_range(tendon, low, high)
 
     @classmethod
     def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:

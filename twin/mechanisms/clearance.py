@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Self
 import mujoco
 import numpy as np
 
-from twin.mechanisms.edits import add_drift_tendon
+from twin.mechanisms.edits import Line
 from twin.mechanisms.mechanism import Law, Surroundings
 from twin.mechanisms.scales import TINY, peak
 from twin.parameter import Parameter
@@ -34,7 +34,7 @@ class Clearance(Law):
 
     name: ClassVar[str] = "clearance"
     verdict: ClassVar = "missing_physics"
-    where: ClassVar = "storey"
+    on: ClassVar = "drift"
     parameters: ClassVar = {
         "stiffness": Parameter("N/m", "of the part that has play", "log"),
         "gap": Parameter("m", "play to either side", "log"),
@@ -63,11 +63,12 @@ class Clearance(Law):
 
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Add a tendon whose spring has a dead range, and one that takes stiffness away."""
-        tendon = add_drift_tendon(spec, self.place, self.name)
+        line = Line.of(spec, self.place)
+        tendon = line.tendon(self.name)
         tendon.stiffness = [self.stiffness, 0.0, 0.0]
-        tendon.springlength = [-abs(self.gap), abs(self.gap)]
+        line.dead_range(tendon, -abs(self.gap), abs(self.gap))
         if self.replaced:
-            less = add_drift_tendon(spec, self.place, f"{self.name}_replaced")
+            less = line.tendon(f"{self.name}_replaced")
             less.stiffness = [-self.replaced, 0.0, 0.0]
 
     @classmethod

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Self
 import mujoco
 import numpy as np
 
-from twin.mechanisms.edits import add_drift_tendon, add_friction
+from twin.mechanisms.edits import Line, add_friction
 from twin.mechanisms.mechanism import Law, Surroundings
 from twin.mechanisms.scales import rms
 from twin.parameter import Parameter
@@ -37,7 +37,7 @@ class CoulombFriction(Law):
 
     name: ClassVar[str] = "coulomb_friction"
     verdict: ClassVar = "missing_physics"
-    where: ClassVar = "storey"
+    on: ClassVar = "drift"
     parameters: ClassVar = {
         "force": Parameter("N", "F in f = F sign(v)", "log"),
         "regular_rate": Parameter("m/s", "below which an estimate sees it fall off", "log"),
@@ -53,8 +53,9 @@ class CoulombFriction(Law):
     law = staticmethod(law)
 
     def apply(self, spec: mujoco.MjSpec) -> None:
-        """Add a tendon along the drift with dry friction: it sticks as the ideal law does."""
-        add_friction(spec, add_drift_tendon(spec, self.place, self.name), self.sliding_force)
+        """Add a tendon along the port with dry friction: it sticks as the ideal law does."""
+        tendon = Line.of(spec, self.place).tendon(self.name)
+        add_friction(spec, tendon, self.sliding_force)
 
     @classmethod
     def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:

@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Self
 
 import mujoco
 
-from twin.mechanisms.edits import add_drift_tendon
+from twin.mechanisms.edits import Line
 from twin.mechanisms.mechanism import Law, Surroundings
 from twin.mechanisms.scales import rms
 from twin.parameter import Parameter
@@ -27,7 +27,7 @@ class CubicStiffness(Law):
 
     name: ClassVar[str] = "cubic_stiffness"
     verdict: ClassVar = "missing_physics"
-    where: ClassVar = "storey"
+    on: ClassVar = "drift"
     parameters: ClassVar = {"stiffness": Parameter("N/m^3", "k3 in f = k3 d^3")}
     reference: ClassVar[str] = "Duffing 1918; Wigren and Schoukens 2013"
 
@@ -37,7 +37,7 @@ class CubicStiffness(Law):
 
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Add a tendon along the drift with a polynomial stiffness."""
-        tendon = add_drift_tendon(spec, self.place, self.name)
+        tendon = Line.of(spec, self.place).tendon(self.name)
         tendon.stiffness = [0.0, 0.0, self.stiffness]
 
     @classmethod

@@ -1,17 +1,18 @@
-"""Edits of a MuJoCo model along the places of the contract: storeys, floors, ground, pendulum."""
+"""Edits of a MuJoCo model along its ports, and of its masses."""
 
 from __future__ import annotations
 
-import re
+from dataclasses import dataclass
 from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from twin.errors import ModelError, available
+from twin.mechanisms.rest import Motion, Rest, free_name
 
-BASE_JOINT = "base_compliance"
-"""The slide joint that gives a clamped ground its compliance."""
+Array = NDArray[np.float64]
 
 FRICTION_SOLREF = (-1.0, -3e3)
 FRICTION_SOLIMP = (0.999, 0.999, 0.001, 0.5, 2.0)
@@ -26,79 +27,76 @@ STABLE = 2.0
 """Longest step times the fastest pole: Runge-Kutta (fourth order) is stable up to 2.6 at least, in
 whatever direction of the left half-plane the pole lies."""
 
-_NUMBERED = re.compile(r"^(?:storey|floor)([1-9][0-9]*)$")
+FAR = 1000.0
+"""Where a spring that acts on one side only has its other end [m, rad]."""
 
 
-def storeys(spec: mujoco.MjSpec) -> list[str]:
-    """Return "storey1", "storey2", ... as far as joints or tendons of those names go."""
-    found: list[str] = []
-    while _joint_or_tendon(spec, f"storey{len(found) + 1}") is not None:
-        found.append(f"storey{len(found) + 1}")
+@dataclass(frozen=True)
+class Line:
+    """A port of a model that is being edited: tendons along it, whose forces act there.
+
+    Attributes:
+        spec: the model.
+        place: name of the port.
+        motion: how it moves with the joints.
+    """
+
+    spec: mujoco.MjSpec
+    place: str
+    motion: Motion
+
+    @classmethod
+    def of(cls, spec: mujoco.MjSpec, place: str) -> Line:
+        """Find a port. Raises ModelError: there is none; the message lists those there are."""
+        return cls(spec, place, Rest(spec).motion(place))
+
+    def tendon(self, name: str) -> Any:
+        """Add the fixed tendon "PLACE_NAME" along the port, its springs at ease at rest."""
+        taken = {tendon.name for tendon in self.spec.tendons}
+        tendon = self.spec.add_tendon(name=free_name(f"{self.place}_{name}", taken))
+        for joint, coefficient in self.motion.terms.items():
+            tendon.wrap_joint(joint, coefficient)
+        tendon.springlength = [self.motion.length] * 2
+        return tendon
+
+    def dead_range(self, tendon: Any, low: float, high: float) -> None:
+        """Let a tendon's spring bear only beyond ``low`` and ``high``, from rest [m, rad]."""
+        tendon.springlength = [self.motion.length + low, self.motion.length + high]
+
+
+def driven_joint(spec: mujoco.MjSpec, place: str) -> Any:
+    """Return the joint that a place of a motor means.
+
+    It is the joint of that name, the one that the actuator of that name drives, or the one whose
+    position the sensor "angle_PLACE" measures.
+
+    Raises:
+        ModelError: there is none; the message lists the joints that motors drive.
+    """
+    joint = spec.joint(place)
+    if joint is not None:
+        return joint
+    of_joint = mujoco.mjtTrn.mjTRN_JOINT
+    drives = {a.name: a.target for a in spec.actuators if a.trntype == of_joint}
+    measured = {s.name: s.objname for s in spec.sensors if spec.joint(s.objname) is not None}
+    found = spec.joint(drives.get(place) or measured.get(f"angle_{place}") or "")
+    if found is None:
+        there = dict.fromkeys(drives.values())
+        raise ModelError(f"no place '{place}': no motor drives it; there are {available(there)}")
     return found
 
 
-def floors(spec: mujoco.MjSpec) -> list[str]:
-    """Return "floor1", "floor2", ... as far as the bodies go."""
-    found: list[str] = []
-    while spec.body(f"floor{len(found) + 1}") is not None:
-        found.append(f"floor{len(found) + 1}")
-    return found
-
-
-def body_of(spec: mujoco.MjSpec, place: str) -> Any:
-    """Return the body "floorI" or "ground".
+def body_named(spec: mujoco.MjSpec, name: str) -> Any:
+    """Return a body.
 
     Raises:
         ModelError: there is none; the message lists those there are.
     """
-    there = floors(spec) + (["ground"] if spec.body("ground") is not None else [])
-    if place not in there:
-        raise ModelError(f"no place '{place}'; there are {available(there)}")
-    return spec.body(place)
-
-
-def add_drift_tendon(spec: mujoco.MjSpec, place: str, name: str) -> Any:
-    """Add the fixed tendon "PLACE_NAME" whose length is the drift of a storey [m].
-
-    Raises:
-        ModelError: there is no such storey; the message lists those there are.
-    """
-    return _tendon(spec, f"{place}_{name}", _drift_terms(spec, place))
-
-
-def add_floor_tendon(spec: mujoco.MjSpec, place: str, name: str) -> Any:
-    """Add the fixed tendon "PLACE_NAME" whose length is the displacement of a floor [m].
-
-    It is absolute: the drifts of the storeys below, and the ground's where that can move.
-
-    Raises:
-        ModelError: there is no such floor; the message lists those there are.
-    """
-    if place not in floors(spec):
-        raise ModelError(f"no place '{place}'; there are {available(floors(spec))}")
-    total: dict[str, float] = {}
-    for number in range(1, number_of(place) + 1):
-        for joint, coefficient in _drift_terms(spec, f"storey{number}").items():
-            total[joint] = total.get(joint, 0.0) + coefficient
-    for joint in ("ground", BASE_JOINT):
-        if spec.joint(joint) is not None:
-            total[joint] = 1.0
-    return _tendon(spec, f"{place}_{name}", total)
-
-
-def pendulum_joint(spec: mujoco.MjSpec) -> Any:
-    """Return the hinge that ``angle_pendulum`` measures.
-
-    Raises:
-        ModelError: the model has no pendulum.
-    """
-    for sensor in spec.sensors:
-        if sensor.name == "angle_pendulum" and spec.joint(sensor.objname) is not None:
-            return spec.joint(sensor.objname)
-    raise ModelError(
-        "no place 'pendulum': nothing measures angle_pendulum; there are "
-        f"{available(storeys(spec) + floors(spec))}"
-    )
+    body = spec.body(name)
+    if body is None:
+        there = [body.name for body in spec.bodies[1:] if body.name]
+        raise ModelError(f"no place '{name}'; there are {available(there)}")
+    return body
 
 
 def add_friction(spec: mujoco.MjSpec, element: Any, force: float) -> None:
@@ -126,6 +124,81 @@ def set_mass(
     Raises:
         ModelError: nothing would be left.
     """
+    _write_inertias(spec, body)
+    mass = body.mass + change if total is None else total
+    if not (np.isfinite(mass) and mass > 0):
+        raise ModelError(f"{body.name}: a mass of {mass:.4g} kg would be left, it must be positive")
+    body.mass = mass
+
+
+def add_point_mass(spec: mujoco.MjSpec, site: Any, change: float) -> None:
+    """Change the mass at a site [kg]: the body's mass, centre and inertia change with it.
+
+    Raises:
+        ModelError: what would be left is no rigid body.
+    """
+    body = site.parent
+    _write_inertias(spec, body)
+    before, centre = float(body.mass), np.array(body.ipos)
+    mass = before + change
+    if not mass > 0:
+        raise ModelError(f"{body.name}: a mass of {mass:.4g} kg would be left, it must be positive")
+    flat = np.zeros(9)
+    mujoco.mju_quat2Mat(flat, np.array(body.iquat))
+    turn = flat.reshape(3, 3)
+    inertia = turn @ np.diag(body.inertia) @ turn.T
+    moved = (before * centre + change * np.array(site.pos)) / mass
+    inertia = inertia + _about(moved, before, centre) + _about(moved, change, np.array(site.pos))
+    values, axes = np.linalg.eigh(inertia)
+    if values[0] <= 0 or values[2] > (values[0] + values[1]) * (1 + 1e-9):
+        raise ModelError(f"{body.name}: {change:.4g} kg at {site.name} leave no rigid body")
+    if np.linalg.det(axes) < 0:
+        axes = axes[:, [1, 0, 2]]
+        values = values[[1, 0, 2]]
+    quaternion = np.zeros(4)
+    mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(axes).ravel())
+    body.mass, body.ipos, body.inertia, body.iquat = mass, moved, values, quaternion
+
+
+def add_slide(spec: mujoco.MjSpec, body: Any, name: str, axis: Array) -> Any:
+    """Let a body slide along a world axis, on top of the joints that it has."""
+    taken = {joint.name for joint in spec.joints}
+    model = spec.copy().compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    turned = data.xmat[_index(model, body)].reshape(3, 3).T @ axis
+    return body.add_joint(
+        name=free_name(name, taken), type=mujoco.mjtJoint.mjJNT_SLIDE, axis=turned
+    )
+
+
+def fixed_mass(spec: mujoco.MjSpec, body: Any) -> float:
+    """Return the mass of the bodies that are welded onto a body without joints [kg]."""
+    model = spec.copy().compile()
+    index = _index(model, body)
+    others = (np.arange(model.nbody) != index) & (model.body_weldid == model.body_weldid[index])
+    inside = [i for i in np.flatnonzero(others) if _descends(model, int(i), index)]
+    return float(model.body_mass[inside].sum())
+
+
+def _descends(model: mujoco.MjModel, body: int, root: int) -> bool:
+    while body > root:
+        body = int(model.body_parentid[body])
+    return body == root
+
+
+def _index(model: mujoco.MjModel, body: Any) -> int:
+    return int(mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, body.name))
+
+
+def _about(point: Array, mass: float, centre: Array) -> Array:
+    """Return what a mass away from a point adds to the inertia about it [kg m^2], (3, 3)."""
+    arm = centre - point
+    return np.asarray(mass * (arm @ arm * np.eye(3) - np.outer(arm, arm)))
+
+
+def _write_inertias(spec: mujoco.MjSpec, body: Any) -> None:
+    """Write down the compiled inertia of a body, so that it can be changed."""
     compiled = spec.copy().compile()
     automatic = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_AUTO
     if spec.compiler.inertiafromgeom == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE:
@@ -133,48 +206,15 @@ def set_mass(
             _write_inertia(other, compiled)
     spec.compiler.inertiafromgeom = automatic
     _write_inertia(body, compiled)
-    mass = body.mass + change if total is None else total
-    if not (np.isfinite(mass) and mass > 0):
-        raise ModelError(f"{body.name}: a mass of {mass:.4g} kg would be left, it must be positive")
-    body.mass = mass
-
-
-def number_of(place: str) -> int:
-    """Return the number in "storeyI" or "floorI", 0 for any other place."""
-    match = _NUMBERED.match(place)
-    return int(match[1]) if match else 0
 
 
 def _write_inertia(body: Any, compiled: mujoco.MjModel) -> None:
     index = mujoco.mj_name2id(compiled, mujoco.mjtObj.mjOBJ_BODY, body.name)
-    if body.explicitinertial or index < 0:
+    if index < 0:
         return
     body.explicitinertial = True
     body.mass = compiled.body_mass[index]
     body.inertia = compiled.body_inertia[index]
     body.ipos = compiled.body_ipos[index]
     body.iquat = compiled.body_iquat[index]
-
-
-def _joint_or_tendon(spec: mujoco.MjSpec, name: str) -> Any:
-    joint = spec.joint(name)
-    return joint if joint is not None else spec.tendon(name)
-
-
-def _drift_terms(spec: mujoco.MjSpec, place: str) -> dict[str, float]:
-    """Return joint -> coefficient, whose sum is the drift of a storey."""
-    if place not in storeys(spec):
-        raise ModelError(f"no place '{place}'; there are {available(storeys(spec))}")
-    if spec.joint(place) is not None:
-        return {place: 1.0}
-    path = spec.tendon(place).path
-    if any(wrap.type != mujoco.mjtWrap.mjWRAP_JOINT for wrap in path):
-        raise ModelError(f"{place}: the drift must be a joint or a fixed tendon, not a spatial one")
-    return {wrap.target.name: float(wrap.coef) for wrap in path}
-
-
-def _tendon(spec: mujoco.MjSpec, name: str, terms: dict[str, float]) -> Any:
-    tendon = spec.add_tendon(name=name)
-    for joint, coefficient in terms.items():
-        tendon.wrap_joint(joint, coefficient)
-    return tendon
+    body.fullinertia = [np.nan, 0, 0, 0, 0, 0]

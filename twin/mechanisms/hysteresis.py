@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Self
 import mujoco
 import numpy as np
 
-from twin.mechanisms.edits import add_drift_tendon
+from twin.mechanisms.edits import Line
 from twin.mechanisms.mechanism import Law, Surroundings
 from twin.mechanisms.scales import TINY, rms
 from twin.mechanisms.sliders import as_sliders
@@ -82,7 +82,7 @@ class Hysteresis(Law):
 
     name: ClassVar[str] = "hysteresis"
     verdict: ClassVar = "missing_physics"
-    where: ClassVar = "storey"
+    on: ClassVar = "drift"
     parameters: ClassVar = {
         "stiffness": Parameter("N/m", "before it slips", "log"),
         "yield_force": Parameter("N", "at which it slips", "log"),
@@ -133,16 +133,17 @@ class Hysteresis(Law):
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Add elasto-plastic tendons along the drift, and one that takes stiffness away."""
         straight = 0.0
+        line = Line.of(spec, self.place)
         if self.stiffness and self.shape <= -0.5:
             straight = self.stiffness  # without a plateau nothing slips as far as MJCF can hold
         elif self.stiffness:
             plateau = self.yield_force * (0.5 + self.shape) ** (-1 / self.sharpness)
             sliders = as_sliders(self.stiffness, plateau, self.sharpness)
             for number, (stiffness, yield_force) in enumerate(sliders, start=1):
-                slider = add_drift_tendon(spec, self.place, f"{self.name}_{number}")
+                slider = line.tendon(f"{self.name}_{number}")
                 slider.stiffness = [stiffness, 0.0, 0.0]
                 slider.springyield = yield_force / stiffness  # as a drift
-        less = add_drift_tendon(spec, self.place, self.name)
+        less = line.tendon(self.name)
         less.stiffness = [straight - self.replaced, 0.0, 0.0]
 
     @classmethod

@@ -1,47 +1,52 @@
-"""A floor that is heavier or lighter than the model says."""
+"""A body that is heavier or lighter than the model says."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import mujoco
-import numpy as np
 
-from twin.mechanisms.edits import body_of, set_mass
-from twin.mechanisms.mechanism import StructuralChange, Surroundings, floor_vector
+from twin.mechanisms.edits import add_point_mass, body_named, set_mass
+from twin.mechanisms.mechanism import Model, StructuralChange, Surroundings
 from twin.parameter import Parameter
-from twin.second_order import SecondOrderModel
 
 
 @dataclass(frozen=True)
 class Mass(StructuralChange):
-    """M += change at a floor.
+    """M += change sum_i t_i t_i^T with the rows t of a body's translation along x, y, z.
+
+    At a body it is the mass at its centre, at a site a point mass there, eccentric perhaps; its
+    weight acts as well.
 
     Source: eqs. (2)-(6).
     """
 
     name: ClassVar[str] = "mass"
     verdict: ClassVar = "parameter"
-    where: ClassVar = "floor"
-    parameters: ClassVar = {"change": Parameter("kg", "added to the floor's mass")}
+    on: ClassVar = "body"
+    parameters: ClassVar = {"change": Parameter("kg", "added to the body's mass")}
     reference: ClassVar[str] = "eqs. (2)-(6) of the paper"
     stage: ClassVar[int] = 0
 
     change: float = 0.0
 
-    def edit(self, model: SecondOrderModel) -> SecondOrderModel:
-        """Return the matrices with the mass added."""
-        b = floor_vector(model, self.place)
-        return replace(model, M=model.M + self.change * np.outer(b, b))
+    def edit(self, model: Model) -> Model:
+        """Return the model with the mass added."""
+        return model.loaded(self.place, self.change)
 
     def apply(self, spec: mujoco.MjSpec) -> None:
-        """Change the body's mass."""
-        body = body_of(spec, self.place)
+        """Change the body's mass, or put a point mass at the site."""
+        site = spec.site(self.place)
+        if spec.body(self.place) is None and site is not None:
+            if self.change:
+                add_point_mass(spec, site, self.change)
+            return
+        body = body_named(spec, self.place)
         if self.change:
             set_mass(spec, body, change=self.change)
 
     @classmethod
     def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:
-        """Return a few shares of what the floor has, less and more."""
+        """Return a few shares of what the body has, less and more."""
         return tuple(cls(place, share * around.mass) for share in (-0.2, -0.05, 0.05, 0.2))

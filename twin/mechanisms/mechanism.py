@@ -1,11 +1,12 @@
-"""The abstract families of mechanisms: what a frame may have that its model has not.
+"""The abstract families of mechanisms: what a structure may have that its model has not.
 
 A mechanism has a place and parameters. It says twice what it does, once as an edit of the MuJoCo
 model (``apply``) and once as mathematics (``edit``, ``force``, ``distort``), so that estimators can
-work with it without a simulation; a test holds the two together. With the drift d of a storey, its
-rate v and the time t, the equation of motion of a frame with mechanisms is
+work with it without a simulation; a test holds the two together. A place is a port: a named row p
+on the model's coordinates q. With a port's motion d, its rate v and the time t, the equation of
+motion of a structure with mechanisms is
 
-    M x'' + R x' + K x + sum_j b_j f_j(d_j, v_j, z_j, t) = T u,     d_j = b_j^T x,
+    M q'' + R q' + K q + sum_j p_j f_j(d_j, v_j, z_j, t) = B u,     d_j = p_j^T q,
 
 where structural changes edit M, R, K and may add coordinates, and laws add forces f_j. Channel
 faults leave the motion alone and change what is recorded of it.
@@ -18,19 +19,32 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
-from typing import Any, ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, Self, TypeVar
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from twin.errors import ModelError, available
+from twin.mechanisms.units import of_port
+from twin.model.linear import LinearModel
 from twin.parameter import Parameter
 from twin.second_order import SecondOrderModel
 
 Array = NDArray[np.float64]
 Verdict = Literal["parameter", "missing_physics", "measurement", "unexplained"]
-Where = Literal["storey", "floor", "ground", "channel", "channels", "pendulum"]
+On = Literal["drift", "motion", "body", "base", "channel", "channels", "actuator"]
+"""What a mechanism can sit on: a relative motion, an absolute one, a body, the base's motion along
+an axis, one or two channels, a joint that a motor drives."""
+
+INPUTS = frozenset({"force", "torque"})
+OUTPUTS = frozenset({"acc", "vel", "disp", "angle", "rate", "angacc", "strain", "voltage", "other"})
+"""Quantities of channels: what is applied, what is measured."""
+
+MOTOR_OF = {"pendulum": "torque_pendulum"}
+"""The actuator of a place that does not bear the actuator's own name."""
+
+Model = TypeVar("Model", LinearModel, SecondOrderModel)
 
 
 @dataclass(frozen=True)
@@ -38,18 +52,20 @@ class Surroundings:
     """What is known at a place before a mechanism there is fitted: scales for its first guesses.
 
     Attributes:
-        stiffness: of the storey, or the modal stiffness scale of the floor [N/m].
-        damping: of the storey or floor, the equivalent dashpot [N s/m].
-        mass: of the floor above, all of the floor (at the ground: of the ground) [kg].
-        mass_above: this floor and all above it [kg].
-        height: of the storey [m].
-        drift: estimated drift of the storey, or displacement of the floor [m], (samples,).
+        stiffness: along the port [N/m], or a scale of it.
+        damping: along the port, the equivalent dashpot [N s/m].
+        mass: that moves with the port (at the base: of the base) [kg].
+        mass_above: that the port carries [kg].
+        height: of the port: what leans over it [m].
+        drift: estimated motion of the port [m], (samples,).
         rate: its rate [m/s], (samples,).
         reading: for a channel, what it recorded, in its unit, (samples,).
         natural_frequencies: of the model [Hz].
         duration_s: of the longest recording [s].
         sampling_hz: of the recordings.
         peaks: frequencies at which what is unexplained stands out [Hz].
+
+    At a port that turns, forces are torques, displacements angles and masses moments of inertia.
     """
 
     stiffness: float
@@ -71,12 +87,13 @@ class Mechanism(ABC):
     """One piece of physics at one place.
 
     Attributes:
-        place: "storey1", "floor2", "ground", "pendulum", a channel, or "channel_a+channel_b".
+        place: a port ("storey1", "column3", "floor2.rz"), a body or a site, the base ("ground",
+            "ground.y"), a channel, or "channel_a+channel_b".
     """
 
     name: ClassVar[str]
     verdict: ClassVar[Verdict]
-    where: ClassVar[Where]
+    on: ClassVar[On]
     parameters: ClassVar[Mapping[str, Parameter]]
     reference: ClassVar[str]
     mjcf: ClassVar[str] = ""
@@ -91,6 +108,8 @@ class Mechanism(ABC):
     """How many Gauss-Newton steps each is followed for: more along curved ridges."""
     prior: ClassVar[Mapping[str, tuple[float, float]]] = {}
     """What is known of a parameter beforehand: mean and standard deviation."""
+    port_unit: ClassVar[str] = "m"
+    """The unit of the port's motion that the parameters' units are written for."""
     fields_of: ClassVar[Mapping[str, str]] = {}
     """The field that holds a parameter, where the parameter's name is that of a method."""
 
@@ -99,6 +118,12 @@ class Mechanism(ABC):
     def priors(self) -> Mapping[str, tuple[float, float]]:
         """Return mean and deviation of parameters known beforehand, of logarithms where scaled."""
         return self.prior
+
+    @classmethod
+    def units(cls, port_unit: str) -> dict[str, str]:
+        """Return each parameter's unit at a port whose motion is in "m" or in "rad"."""
+        written = {name: parameter.unit for name, parameter in cls.parameters.items()}
+        return {name: of_port(u, cls.port_unit, port_unit) for name, u in written.items()}
 
     @property
     def values(self) -> dict[str, float]:
@@ -144,8 +169,8 @@ class StructuralChange(Mechanism):
     """A linear change of the structure: an edit of M, R, K that may add coordinates."""
 
     @abstractmethod
-    def edit(self, model: SecondOrderModel) -> SecondOrderModel:
-        """Return the matrices with the change.
+    def edit(self, model: Model) -> Model:
+        """Return the linear model with the change.
 
         Raises:
             ModelError: the model has no such place.
@@ -154,7 +179,7 @@ class StructuralChange(Mechanism):
 
 @dataclass(frozen=True)
 class Law(Mechanism):
-    """A force against the drift of a storey (or the motion of a floor) that is not linear in it.
+    """A force against a port's motion that is not linear in it.
 
     Attributes of the class:
         memory: 1 where the law has an internal state, else 0.
@@ -210,17 +235,19 @@ class ChannelFault(Mechanism):
     limit (``limit``).
 
     Attributes of the class:
-        of_channels: how the names of the channels begin that can have it.
+        of_kinds: quantities of the channels that can have it (``twin.quantity``).
         of_motor: True where not an instrument is at fault but a motor: ``distort`` then turns what
             was commanded, and recorded, into what the motor delivers, and nothing is undone.
     """
 
-    of_channels: ClassVar[tuple[str, ...]] = ("acc_", "disp_")
+    of_kinds: ClassVar[frozenset[str]] = OUTPUTS
     of_motor: ClassVar[bool] = False
 
     @property
     def channels(self) -> tuple[str, ...]:
         """The channels that are faulty."""
+        if self.of_motor:
+            return (MOTOR_OF.get(self.place, self.place),)
         return tuple(self.place.split("+"))
 
     @abstractmethod
@@ -256,45 +283,3 @@ class ChannelFault(Mechanism):
                 raise ModelError(f"no channel '{channel}'; there are {available(columns)}")
         changed = {name: function(columns[name]) for name in self.channels}
         return {**columns, **changed}
-
-
-def storey_vector(model: SecondOrderModel, place: str) -> Array:
-    """Return b with drift = b^T x for "storeyI", (n,).
-
-    Raises:
-        ModelError: no such storey.
-    """
-    number = _number(place, "storey", model)
-    b = np.zeros(len(model.coordinates))
-    b[model.coordinates.index(f"floor{number}")] = 1.0
-    below = f"floor{number - 1}" if number > 1 else "ground"
-    if below in model.coordinates:
-        b[model.coordinates.index(below)] = -1.0
-    return b
-
-
-def floor_vector(model: SecondOrderModel, place: str) -> Array:
-    """Return b with displacement = b^T x for a place, (n,). Raises ModelError: no such place."""
-    if place not in model.coordinates:
-        _number(place, "floor", model)
-    b = np.zeros(len(model.coordinates))
-    b[model.coordinates.index(place)] = 1.0
-    return b
-
-
-def _number(place: str, kind: str, model: SecondOrderModel) -> int:
-    floors = [c for c in model.coordinates if c.startswith("floor")]
-    numbers = {f"{kind}{c.removeprefix('floor')}": int(c.removeprefix("floor")) for c in floors}
-    if place not in numbers:
-        raise ModelError(f"no place '{place}'; there are {', '.join(numbers)}")
-    return numbers[place]
-
-
-def at_pendulum(mechanism: Mechanism) -> None:
-    """Check that a mechanism is at the pendulum.
-
-    Raises:
-        ModelError: it is elsewhere.
-    """
-    if mechanism.place != "pendulum":
-        raise ModelError(f"no place '{mechanism.place}' for {mechanism.name}; there is pendulum")

@@ -8,7 +8,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from twin.mechanisms.mechanism import Array, ChannelFault, Surroundings, at_pendulum
+from twin.mechanisms.mechanism import Array, ChannelFault, Surroundings
 from twin.mechanisms.scales import rms
 from twin.parameter import Parameter
 
@@ -22,19 +22,14 @@ class MotorDeadband(ChannelFault):
 
     name: ClassVar[str] = "motor_deadband"
     verdict: ClassVar = "missing_physics"
-    where: ClassVar = "pendulum"
+    on: ClassVar = "actuator"
+    port_unit: ClassVar[str] = "rad"
     parameters: ClassVar = {"torque": Parameter("N m", "below which nothing is delivered", "log")}
     reference: ClassVar[str] = "Tao and Kokotovic 1996"
     mjcf: ClassVar[str] = "a motor's fault is not part of the model: change its control"
     of_motor: ClassVar[bool] = True
 
     torque: float = 0.0
-
-    @property
-    def channels(self) -> tuple[str, ...]:
-        """The motor's."""
-        at_pendulum(self)
-        return ("torque_pendulum",)
 
     def distort(self, columns: Mapping[str, Array], rate_hz: float) -> dict[str, Array]:
         """Return the channels with the torque that is delivered."""

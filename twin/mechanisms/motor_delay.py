@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
-from twin.mechanisms.mechanism import Array, ChannelFault, Surroundings, at_pendulum
+from twin.mechanisms.mechanism import Array, ChannelFault, Surroundings
 from twin.mechanisms.shifting import later
 from twin.parameter import Parameter
 
@@ -20,19 +20,13 @@ class MotorDelay(ChannelFault):
 
     name: ClassVar[str] = "motor_delay"
     verdict: ClassVar = "missing_physics"
-    where: ClassVar = "pendulum"
+    on: ClassVar = "actuator"
     parameters: ClassVar = {"delay": Parameter("s", "from command to torque", "log")}
     reference: ClassVar[str] = "Astrom and Wittenmark 1997, Computer-Controlled Systems"
     mjcf: ClassVar[str] = "a motor's fault is not part of the model: change its control"
     of_motor: ClassVar[bool] = True
 
     delay: float = 0.0
-
-    @property
-    def channels(self) -> tuple[str, ...]:
-        """The motor's."""
-        at_pendulum(self)
-        return ("torque_pendulum",)
 
     def distort(self, columns: Mapping[str, Array], rate_hz: float) -> dict[str, Array]:
         """Return the channels with the torque that is delivered."""

@@ -1,4 +1,4 @@
-"""Dry friction in the pendulum's bearing and gear."""
+"""Dry friction in the bearing and gear of a joint that a motor drives."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import Any, ClassVar, Self
 import mujoco
 import numpy as np
 
-from twin.mechanisms.edits import add_friction, pendulum_joint
-from twin.mechanisms.mechanism import Law, Surroundings, at_pendulum
+from twin.mechanisms.edits import add_friction, driven_joint
+from twin.mechanisms.mechanism import Law, Surroundings
 from twin.mechanisms.scales import rms
 from twin.parameter import Parameter
 
@@ -21,7 +21,7 @@ def law(drift: Any, rate: Any, memory: Any, time: Any, torque: Any, regular_rate
 
 @dataclass(frozen=True)
 class PendulumFriction(Law):
-    """Torque = T sign(rate) against the pendulum's angle; as mathematics T tanh(rate/regular_rate).
+    """Torque = T sign(rate) in a driven joint; as mathematics T tanh(rate/regular_rate).
 
     Here ``drift`` is the angle [rad] and ``rate`` its rate [rad/s].
 
@@ -33,7 +33,8 @@ class PendulumFriction(Law):
 
     name: ClassVar[str] = "pendulum_friction"
     verdict: ClassVar = "missing_physics"
-    where: ClassVar = "pendulum"
+    on: ClassVar = "actuator"
+    port_unit: ClassVar[str] = "rad"
     parameters: ClassVar = {"torque": Parameter("N m", "that resists turning", "log")}
     reference: ClassVar[str] = "Coulomb 1785"
     abrupt: ClassVar[bool] = True
@@ -44,15 +45,14 @@ class PendulumFriction(Law):
     law = staticmethod(law)
 
     def apply(self, spec: mujoco.MjSpec) -> None:
-        """Give the hinge dry friction, over what it has."""
-        at_pendulum(self)
-        joint = pendulum_joint(spec)
+        """Give the joint dry friction, over what it has."""
+        joint = driven_joint(spec, self.place)
         if self.torque:
             add_friction(spec, joint, float(joint.frictionloss) + self.torque)
 
     @classmethod
     def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:
-        """Return shares of the hinge's torque at the RMS angle."""
+        """Return shares of the joint's torque at the RMS angle."""
         scale = around.stiffness * rms(around.drift)
         slow = 0.01 * rms(around.rate)
         return tuple(cls(place, share * scale, slow) for share in (1e-3, 1e-2, 0.1, 0.5))

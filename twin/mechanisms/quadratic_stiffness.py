@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Self
 
 import mujoco
 
-from twin.mechanisms.edits import add_drift_tendon
+from twin.mechanisms.edits import Line
 from twin.mechanisms.mechanism import Law, Surroundings
 from twin.mechanisms.scales import rms
 from twin.parameter import Parameter
@@ -20,14 +20,14 @@ def law(drift: Any, rate: Any, memory: Any, time: Any, stiffness: Any) -> Any:
 
 @dataclass(frozen=True)
 class QuadraticStiffness(Law):
-    """f = k2 d^2, an even law: it pushes one way whichever way the storey leans.
+    """f = k2 d^2, an even law: it pushes one way whichever way the port moves.
 
     Source: Helmholtz 1863, On the Sensations of Tone; Kovacic and Brennan 2011.
     """
 
     name: ClassVar[str] = "quadratic_stiffness"
     verdict: ClassVar = "missing_physics"
-    where: ClassVar = "storey"
+    on: ClassVar = "drift"
     parameters: ClassVar = {"stiffness": Parameter("N/m^2", "k2 in f = k2 d^2")}
     reference: ClassVar[str] = "Helmholtz 1863; Kovacic and Brennan 2011, The Duffing Equation"
 
@@ -37,7 +37,7 @@ class QuadraticStiffness(Law):
 
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Add a tendon with a polynomial stiffness, whose second coefficient is even."""
-        tendon = add_drift_tendon(spec, self.place, self.name)
+        tendon = Line.of(spec, self.place).tendon(self.name)
         tendon.stiffness = [0.0, self.stiffness, 0.0]
 
     @classmethod

@@ -7,8 +7,9 @@ from collections.abc import Iterable
 import mujoco
 
 from twin.errors import ModelError, available
-from twin.mechanisms.edits import body_of
+from twin.mechanisms.base import places_of_base
 from twin.mechanisms.mechanism import ChannelFault, Disturbance, Mechanism
+from twin.mechanisms.rest import Rest
 
 
 def replay(spec: mujoco.MjSpec, mechanisms: Iterable[Mechanism]) -> None:
@@ -47,8 +48,8 @@ def in_words(mechanisms: Iterable[Mechanism]) -> str:
 
 def _check(spec: mujoco.MjSpec, mechanism: Mechanism) -> None:
     """Check the place of what edits nothing, so that ``apply`` cannot."""
-    if isinstance(mechanism, Disturbance):
-        body_of(spec, mechanism.place)
+    if isinstance(mechanism, Disturbance) and mechanism.place not in places_of_base():
+        Rest(spec).motion(mechanism.place)
     if isinstance(mechanism, ChannelFault):
         there = [element.name for element in (*spec.sensors, *spec.actuators) if element.name]
         for channel in mechanism.channels:

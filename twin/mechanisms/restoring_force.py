@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Self
 import mujoco
 import numpy as np
 
-from twin.mechanisms.edits import add_drift_tendon
+from twin.mechanisms.edits import FAR, Line
 from twin.mechanisms.mechanism import Law, Surroundings
 from twin.mechanisms.scales import peak, rms
 from twin.parameter import Parameter
@@ -78,7 +78,7 @@ class RestoringForce(Law):
 
     name: ClassVar[str] = "restoring_force"
     verdict: ClassVar = "unexplained"
-    where: ClassVar = "storey"
+    on: ClassVar = "drift"
     generic: ClassVar[bool] = True
     parameters: ClassVar = {
         "linear": Parameter("N", "linear in the drift, at the largest drift"),
@@ -130,7 +130,8 @@ class RestoringForce(Law):
 
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Add one tendon for the polynomial and one for each bend."""
-        smooth = add_drift_tendon(spec, self.place, self.name)
+        line = Line.of(spec, self.place)
+        smooth = line.tendon(self.name)
         r, s = self.reach, self.speed
         smooth.stiffness = [self.linear / r, self.square / r**2, self.cube / r**3]
         smooth.damping = [self.viscous / s, self.drag / s**2, 0.0]
@@ -140,10 +141,10 @@ class RestoringForce(Law):
                 force = self.values[name]
                 if not force:
                     continue
-                bend = add_drift_tendon(spec, self.place, f"{self.name}_{name}")
+                bend = line.tendon(f"{self.name}_{name}")
                 bend.stiffness = [force / ((1 - knot) * r), 0.0, 0.0]
-                far = 1000.0
-                bend.springlength = [-far, knot * r] if side > 0 else [-knot * r, far]
+                low, high = (-FAR, knot * r) if side > 0 else (-knot * r, FAR)
+                line.dead_range(bend, low, high)
 
     @classmethod
     def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:

@@ -28,7 +28,7 @@ class SensorClipping(ChannelFault):
 
     name: ClassVar[str] = "sensor_clipping"
     verdict: ClassVar = "measurement"
-    where: ClassVar = "channel"
+    on: ClassVar = "channel"
     parameters: ClassVar = {"level": Parameter("the channel's", "end of its range", "log")}
     reference: ClassVar[str] = "Tobin 1958"
     mjcf: ClassVar[str] = "a channel's fault is not part of the model"

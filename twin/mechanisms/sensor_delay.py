@@ -20,7 +20,7 @@ class SensorDelay(ChannelFault):
 
     name: ClassVar[str] = "sensor_delay"
     verdict: ClassVar = "measurement"
-    where: ClassVar = "channel"
+    on: ClassVar = "channel"
     parameters: ClassVar = {"delay": Parameter("s", "of the channel against the others")}
     reference: ClassVar[str] = "Laakso et al. 1996, Splitting the unit delay"
     mjcf: ClassVar[str] = "a channel's fault is not part of the model"

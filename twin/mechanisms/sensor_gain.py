@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import log
 from typing import ClassVar, Self
 
-from twin.mechanisms.mechanism import Array, ChannelFault, Surroundings
+from twin.mechanisms.mechanism import INPUTS, OUTPUTS, Array, ChannelFault, Surroundings
 from twin.parameter import Parameter
 
 
@@ -20,10 +20,10 @@ class SensorGain(ChannelFault):
 
     name: ClassVar[str] = "sensor_gain"
     verdict: ClassVar = "measurement"
-    where: ClassVar = "channel"
+    on: ClassVar = "channel"
     parameters: ClassVar = {"gain": Parameter("1", "recorded over true", "log")}
     reference: ClassVar[str] = "ISO 16063-21"
-    of_channels: ClassVar[tuple[str, ...]] = ("acc_", "disp_", "force_")
+    of_kinds: ClassVar[frozenset[str]] = OUTPUTS | INPUTS
     mjcf: ClassVar[str] = "a channel's fault is not part of the model"
 
     gain: float = 1.0

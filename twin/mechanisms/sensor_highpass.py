@@ -23,7 +23,7 @@ class SensorHighpass(ChannelFault):
 
     name: ClassVar[str] = "sensor_highpass"
     verdict: ClassVar = "measurement"
-    where: ClassVar = "channel"
+    on: ClassVar = "channel"
     parameters: ClassVar = {"corner": Parameter("Hz", "below which it loses", "log")}
     reference: ClassVar[str] = "Oppenheim and Schafer, Discrete-Time Signal Processing"
     mjcf: ClassVar[str] = "a channel's fault is not part of the model"

@@ -20,7 +20,7 @@ class SensorPolarity(ChannelFault):
 
     name: ClassVar[str] = "sensor_polarity"
     verdict: ClassVar = "measurement"
-    where: ClassVar = "channel"
+    on: ClassVar = "channel"
     parameters: ClassVar = {}
     reference: ClassVar[str] = "ISO 5348"
     mjcf: ClassVar[str] = "a channel's fault is not part of the model"

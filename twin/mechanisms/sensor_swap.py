@@ -19,10 +19,10 @@ class SensorSwap(ChannelFault):
 
     name: ClassVar[str] = "sensor_swap"
     verdict: ClassVar = "measurement"
-    where: ClassVar = "channels"
+    on: ClassVar = "channels"
     parameters: ClassVar = {}
     reference: ClassVar[str] = "ISO 5348"
-    of_channels: ClassVar[tuple[str, ...]] = ("acc_",)
+    of_kinds: ClassVar[frozenset[str]] = frozenset({"acc"})
     mjcf: ClassVar[str] = "a channel's fault is not part of the model"
 
     def scaled(self, factor: float) -> Self:

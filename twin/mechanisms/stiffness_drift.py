@@ -7,8 +7,9 @@ from typing import Any, ClassVar, Self
 
 import mujoco
 
-from twin.mechanisms.edits import add_drift_tendon
+from twin.mechanisms.edits import Line
 from twin.mechanisms.mechanism import Law, Surroundings
+from twin.mechanisms.rest import free_name
 from twin.parameter import Parameter
 
 CLOCK = "stiffness_drift_clock"
@@ -34,7 +35,7 @@ class StiffnessDrift(Law):
 
     name: ClassVar[str] = "stiffness_drift"
     verdict: ClassVar = "missing_physics"
-    where: ClassVar = "storey"
+    on: ClassVar = "drift"
     parameters: ClassVar = {"rate": Parameter("1/s", "share of the stiffness gained a second")}
     reference: ClassVar[str] = "Poulimenos and Fassois 2006"
     mjcf: ClassVar[str] = f"the control of the actuator PLACE_{CLOCK} must be 1: it keeps the time"
@@ -46,12 +47,17 @@ class StiffnessDrift(Law):
 
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Add an actuator whose activation is the time and whose gain is the drift."""
-        tendon = add_drift_tendon(spec, self.place, self.name)
-        clock = spec.add_actuator(name=f"{self.place}_{CLOCK}", target=tendon.name)
+        line = Line.of(spec, self.place)
+        tendon = line.tendon(self.name)
+        taken = {actuator.name.removesuffix(f"_{CLOCK}") for actuator in spec.actuators}
+        clock = spec.add_actuator(
+            name=f"{free_name(self.place, taken)}_{CLOCK}", target=tendon.name
+        )
         clock.trntype = mujoco.mjtTrn.mjTRN_TENDON
         clock.dyntype = mujoco.mjtDyn.mjDYN_INTEGRATOR
         clock.gaintype = mujoco.mjtGain.mjGAIN_AFFINE
-        clock.gainprm[:3] = [0.0, -self.storey_stiffness * self.rate, 0.0]
+        slope = -self.storey_stiffness * self.rate
+        clock.gainprm[:3] = [-slope * line.motion.length, slope, 0.0]
 
     @classmethod
     def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:

@@ -11,6 +11,7 @@ from scipy.signal import butter
 
 from twin.mechanisms.mechanism import Array, Disturbance, Surroundings
 from twin.mechanisms.scales import rms
+from twin.model.port import GROUND
 from twin.parameter import Parameter
 
 WIDEST_HZ = 500.0
@@ -23,7 +24,7 @@ ORDER = 4
 
 @dataclass(frozen=True)
 class UnmeasuredForce(Disturbance):
-    """A force on a floor [N] or an acceleration of the ground [m/s^2]: a band of noise.
+    """A force along a port [N] or an acceleration of the base [m/s^2]: a band of noise.
 
     It is that of an oscillator, s'' + 2 pi b s' + (2 pi f)^2 s = white noise, with b to zero for a
     sinusoid, or a band from f - b/2 to f + b/2 with steep edges (Butterworth).
@@ -36,7 +37,7 @@ class UnmeasuredForce(Disturbance):
 
     name: ClassVar[str] = "unmeasured_force"
     verdict: ClassVar = "missing_physics"
-    where: ClassVar = "floor"
+    on: ClassVar = "motion"
     parameters: ClassVar = {
         "rms": Parameter("N, at the ground m/s^2", "standard deviation", "log"),
         "frequency": Parameter("Hz", "about which it lies", "log"),
@@ -49,6 +50,12 @@ class UnmeasuredForce(Disturbance):
     frequency: float = 1.0
     bandwidth: float = 1.0
     edged: float = 0.0
+
+    @classmethod
+    def units(cls, port_unit: str) -> dict[str, str]:
+        """Return each parameter's unit at a port in "m" or "rad", or at a base in "m/s^2"."""
+        strength = {"m": "N", "rad": "N m", "m/s^2": "m/s^2"}[port_unit]
+        return {"rms": strength, "frequency": "Hz", "bandwidth": "Hz"}
 
     def oscillator(self) -> tuple[float, float, float]:
         """Return frequency [Hz], bandwidth [Hz] and rms [N, or m/s^2 at the ground]."""
@@ -89,7 +96,7 @@ class UnmeasuredForce(Disturbance):
         own = np.sort(np.asarray(around.natural_frequencies, float))
         middle = float(np.sqrt(own[0] * own[-1])) if len(own) else 1.0
         scale = 0.02 * around.stiffness * rms(around.drift)
-        if place == "ground":
+        if place == GROUND or place.rpartition(".")[0] == GROUND:
             scale /= max(around.mass_above, 1e-9)
         lines = [*around.peaks, *own[:4], *np.sqrt(own[1:] * own[:-1])[:3]]
         widths = [(f, 0.002 * f) for f in around.peaks] + [(f, 0.02 * f) for f in lines]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -33,6 +33,7 @@ class Port:
         unit: "m" or "rad".
         element: what it is in the MJCF ("joint storey2", "body floor2").
         base: what it moves for a unit translation of the whole base along x, y, z, (3,).
+        carries: names of the bodies that hang on a joint or tendon and move with it.
     """
 
     name: str
@@ -41,6 +42,7 @@ class Port:
     unit: str = "m"
     element: str = ""
     base: Array = field(default_factory=lambda: np.zeros(3))
+    carries: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "row", frozen(self.row, float))
@@ -136,6 +138,26 @@ def ground_inputs(inputs: tuple[str, ...], axes: Mapping[str, Base]) -> dict[str
     bare = next(iter(axes)) if len(axes) == 1 else AXES[0]
     names = {"acc_ground": bare} | {f"acc_ground.{axis}": axis for axis in AXES}
     return {names[name]: column for column, name in enumerate(inputs) if name in names}
+
+
+def base_axis(place: str, axes: Iterable[str]) -> str:
+    """Return the axis that a place of kind "base" means: "ground.y" is "y", "ground" the first.
+
+    Args:
+        place: of kind "base".
+        axes: along which there is a base.
+
+    Raises:
+        ModelError: no base moves there.
+    """
+    there = list(axes)
+    named, _, axis = place.rpartition(".")
+    if place == GROUND and there:
+        return there[0]
+    if named == GROUND and axis in there:
+        return axis
+    names = [GROUND] if len(there) == 1 else [f"{GROUND}.{axis}" for axis in there]
+    raise ModelError(f"no place '{place}' where a base moves; there is {available(names)}")
 
 
 def base_places(base: Mapping[str, Base], ports: Mapping[str, Port]) -> tuple[str, ...]:

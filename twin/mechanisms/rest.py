@@ -1,0 +1,239 @@
+"""A MuJoCo model at rest: how its ports move with its joints.
+
+A port is a joint ("column3"), a fixed tendon ("storey2"), a body or a site along or about a world
+axis ("floor2.x", "floor2.rz"; without the axis where it moves along one only), or the relative
+motion "A-B" of two of them.
+"""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import null_space
+
+from twin.errors import ModelError, available
+from twin.linearise import equilibrium
+
+Array = NDArray[np.float64]
+
+TRANSLATIONS = ("x", "y", "z")
+ROTATIONS = ("rx", "ry", "rz")
+SCALAR = (int(mujoco.mjtJoint.mjJNT_SLIDE), int(mujoco.mjtJoint.mjJNT_HINGE))
+"""Kinds of joints of one freedom."""
+
+MOVES = 1e-9
+"""Share of the largest coefficient below which a joint does not move a port: rounding."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """How a port moves.
+
+    Attributes:
+        terms: joint -> coefficient; their sum over the joint positions is the port's motion.
+        length: that sum at rest [m or rad].
+        unit: "m" or "rad".
+        mass: of the bodies that hang on the port's last joint, those it carries [kg].
+        height: of the port: what leans over it [m]; from the body below to the body above for a
+            translation, from the joint to the centre of what it carries for a rotation.
+    """
+
+    terms: dict[str, float]
+    length: float
+    unit: str
+    mass: float = 0.0
+    height: float = 1.0
+
+
+class Rest:
+    """A compiled copy of a model at its static equilibrium; nothing is changed but names.
+
+    Joints without a name are given one: a tendon needs it.
+    """
+
+    def __init__(self, spec: mujoco.MjSpec) -> None:
+        taken = {joint.name for joint in spec.joints}
+        for number, joint in enumerate(spec.joints, start=1):
+            if not joint.name:
+                joint.name = free_name(f"joint_{number}", taken)
+                taken.add(joint.name)
+        try:
+            self.model = spec.copy().compile()
+        except ValueError as error:
+            raise ModelError(f"does not compile: {error}") from None
+        self.data = mujoco.MjData(self.model)
+        self.data.qpos[:] = equilibrium(self.model)
+        mujoco.mj_forward(self.model, self.data)
+
+    def row(self, name: str) -> tuple[Array, str]:
+        """Return the port's row on the joint velocities, (nv,), and its unit.
+
+        Raises:
+            ModelError: there is no such port, or nothing moves it.
+        """
+        found = self._element(name)
+        if found is not None:
+            return found
+        for cut, letter in enumerate(name):
+            first, second = self._element(name[:cut]), self._element(name[cut + 1 :])
+            if letter == "-" and first is not None and second is not None:
+                if first[1] != second[1]:
+                    raise ModelError(f"{name}: the one is in {first[1]}, the other in {second[1]}")
+                return first[0] - second[0], first[1]
+        raise ModelError(f"no place '{name}'; there are {available(self.names())}")
+
+    def names(self) -> list[str]:
+        """Return joints, fixed tendons, and the bodies that move."""
+        model, kinds = self.model, mujoco.mjtObj
+        out = [model.joint(i).name for i in range(model.njnt) if model.jnt_type[i] in SCALAR]
+        out += [model.tendon(i).name for i in range(model.ntendon)]
+        for index in range(1, model.nbody):
+            body = mujoco.mj_id2name(model, kinds.mjOBJ_BODY, index)
+            if body and self.directions(body):
+                out.append(body)
+        return list(dict.fromkeys(out))
+
+    def directions(self, name: str) -> list[str]:
+        """Return "NAME.x" and so on for each world axis that a body or site moves along."""
+        jacobian = self._jacobian(name)
+        if jacobian is None:
+            return []
+        free = jacobian[:3] @ self._freedoms()
+        size = np.linalg.norm(free, axis=1) if free.size else np.zeros(3)
+        moves = size > 1e-6 * max(float(size.max()), 1e-9)
+        return [f"{name}.{axis}" for axis, is_so in zip(TRANSLATIONS, moves, strict=True) if is_so]
+
+    def motion(self, name: str) -> Motion:
+        """Return how a port moves.
+
+        Raises:
+            ModelError: no such port, nothing moves it, or a free or a ball joint does.
+        """
+        row, unit = self.row(name)
+        model, terms, length = self.model, {}, 0.0
+        last = 0
+        for joint in range(model.njnt):
+            first = int(model.jnt_dofadr[joint])
+            kind = model.jnt_type[joint]
+            width = 1 if kind in SCALAR else 3 if kind == mujoco.mjtJoint.mjJNT_BALL else 6
+            size = float(np.abs(row[first : first + width]).max())
+            if size <= MOVES * max(float(np.abs(row).max()), 1e-300):
+                continue
+            if kind not in SCALAR:
+                raise ModelError(
+                    f"{name}: it moves with the free or ball joint '{model.joint(joint).name}', "
+                    "which no tendon can follow"
+                )
+            terms[model.joint(joint).name] = float(row[first])
+            length += float(row[first] * self.data.qpos[model.jnt_qposadr[joint]])
+            last = joint
+        if not terms:
+            raise ModelError(f"{name}: nothing moves it; there are {available(self.names())}")
+        bodies = self._subtree(int(model.jnt_bodyid[last]))
+        mass = float(model.body_mass[list(bodies)].sum())
+        return Motion(terms, length, unit, mass, self._height(terms, unit, last, bodies))
+
+    def _element(self, name: str) -> tuple[Array, str] | None:
+        model, kinds = self.model, mujoco.mjtObj
+        row = np.zeros(model.nv)
+        joint = mujoco.mj_name2id(model, kinds.mjOBJ_JOINT, name)
+        if joint >= 0:
+            if model.jnt_type[joint] not in SCALAR:
+                return None
+            row[model.jnt_dofadr[joint]] = 1.0
+            slides = model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE
+            return row, "m" if slides else "rad"
+        tendon = mujoco.mj_name2id(model, kinds.mjOBJ_TENDON, name)
+        if tendon >= 0:
+            start, count = model.ten_J_rowadr[tendon], model.ten_J_rownnz[tendon]
+            row[model.ten_J_colind[start : start + count]] = self.data.ten_J[start : start + count]
+            return row, self._unit_of_tendon(tendon)
+        element, _, axis = name.rpartition(".")
+        if element and axis in (*TRANSLATIONS, *ROTATIONS):
+            jacobian = self._jacobian(element)
+            if jacobian is not None:
+                number = (*TRANSLATIONS, *ROTATIONS).index(axis)
+                return jacobian[number], "m" if number < 3 else "rad"
+        jacobian = self._jacobian(name)
+        if jacobian is None:
+            return None
+        along = self.directions(name)
+        if len(along) != 1:
+            what = f"say which of {available(along)}" if along else "nothing moves it"
+            raise ModelError(f"{name}: {what}")
+        return jacobian[TRANSLATIONS.index(along[0].rpartition(".")[2])], "m"
+
+    def _unit_of_tendon(self, tendon: int) -> str:
+        """Return "rad" for a tendon that only adds and subtracts hinges' angles, else "m"."""
+        model = self.model
+        first = int(model.tendon_adr[tendon])
+        for wrap in range(first, first + int(model.tendon_num[tendon])):
+            if (
+                model.wrap_type[wrap] != mujoco.mjtWrap.mjWRAP_JOINT
+                or model.jnt_type[model.wrap_objid[wrap]] != mujoco.mjtJoint.mjJNT_HINGE
+                or abs(model.wrap_prm[wrap]) != 1
+            ):
+                return "m"
+        return "rad"
+
+    def _jacobian(self, name: str) -> Array | None:
+        """Return how a body's origin or a site moves and turns, (6, nv), None where none is."""
+        model, jacobian = self.model, np.zeros((6, self.model.nv))
+        body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, name)
+        site = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, name)
+        if body >= 0:
+            mujoco.mj_jacBody(model, self.data, jacobian[:3], jacobian[3:], body)
+        elif site >= 0:
+            mujoco.mj_jacSite(model, self.data, jacobian[:3], jacobian[3:], site)
+        else:
+            return None
+        return jacobian
+
+    def _freedoms(self) -> Array:
+        """Return what the equality constraints leave free, (nv, n)."""
+        model, data = copied_dense(self.model), mujoco.MjData(self.model)
+        data.qpos[:] = self.data.qpos
+        mujoco.mj_forward(model, data)
+        rows = np.flatnonzero(data.efc_type[: data.nefc] == mujoco.mjtConstraint.mjCNSTR_EQUALITY)
+        J = np.array(data.efc_J[: data.nefc * model.nv]).reshape(data.nefc, model.nv)[rows]
+        return np.asarray(null_space(J)) if len(J) else np.eye(model.nv)
+
+    def _subtree(self, root: int) -> tuple[int, ...]:
+        model, inside = self.model, {root}
+        for body in range(root + 1, model.nbody):
+            if int(model.body_parentid[body]) in inside:
+                inside.add(body)
+        return tuple(sorted(inside))
+
+    def _height(
+        self, terms: dict[str, float], unit: str, last: int, bodies: tuple[int, ...]
+    ) -> float:
+        model, data = self.model, self.data
+        if unit == "rad":
+            masses = model.body_mass[list(bodies)]
+            centre = masses @ data.xipos[list(bodies), 2] / max(float(masses.sum()), 1e-300)
+            return float(centre - data.xanchor[last, 2])
+        first = min(int(model.jnt_bodyid[model.joint(name).id]) for name in terms)
+        above = float(data.xpos[model.jnt_bodyid[last], 2])
+        return above - float(data.xpos[model.body_parentid[first], 2])
+
+
+def copied_dense(model: mujoco.MjModel) -> Any:
+    """Return a copy of a model whose constraint Jacobian is not sparse."""
+    dense = copy.copy(model)
+    dense.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+    return dense
+
+
+def free_name(wanted: str, taken: set[str]) -> str:
+    """Return a name that is not taken: ``wanted``, or with a number behind it."""
+    name, number = wanted, 1
+    while name in taken:
+        number += 1
+        name = f"{wanted}_{number}"
+    return name
