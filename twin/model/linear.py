@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from twin.arrays import frozen
 from twin.errors import ModelError, available
+from twin.model import loading
 from twin.model.port import (
     AXES,
     Base,
@@ -102,49 +103,16 @@ class LinearModel:
         return base_axis(place, self.base)
 
     def carried(self, name: str) -> float:
-        """Return the mass that hangs on a joint or tendon [kg].
-
-        Raises:
-            ModelError: no such port, or one that carries nothing: no joint or tendon.
-        """
-        bodies = self.port_of(name).carries
-        if not bodies:
-            there = [port.name for port in self.ports.values() if port.carries]
-            raise ModelError(f"'{name}' carries nothing; what does is {available(there)}")
-        return sum(self.bodies[body].mass for body in bodies)
+        """Return the mass that hangs on a joint or tendon [kg]. Raises ModelError: none does."""
+        return loading.carried(self, name)
 
     def loaded(self, name: str, mass: float) -> LinearModel:
-        """Return the model with a mass at a body's centre, or at a site [kg].
+        """Return the model with a mass at a body's centre or a site [kg].
 
         Raises:
             ModelError: there is no such body or site that moves.
         """
-        rows = self._translation(name)
-        bodies, added = dict(self.bodies), mass * rows.T @ rows
-        if name in bodies:
-            bodies[name] = replace(bodies[name], mass=bodies[name].mass + mass)
-        B, base = np.array(self.B), dict(self.base)
-        for axis, ground in self.base.items():
-            base[axis] = replace(
-                ground, mass=ground.mass + mass, row=ground.row + mass * rows[AXES.index(axis)]
-            )
-        for axis, column in ground_inputs(self.inputs, self.base).items():
-            B[:, column] -= mass * rows[AXES.index(axis)]
-        return replace(self.adding(M=added), bodies=bodies, base=base, B=B)
-
-    def _translation(self, name: str) -> Array:
-        """Return the rows of a body's or a site's translation, (3, n)."""
-        if name in self.bodies:
-            return self.bodies[name].translation
-        rows = np.zeros((3, len(self.coordinates)))
-        ports = [p for p in self.ports.values() if p.element in (f"body {name}", f"site {name}")]
-        along = [port for port in ports if port.unit == "m"]
-        if not along:
-            there = [*self.bodies, *dict.fromkeys(p.element for p in self.ports.values())]
-            raise ModelError(f"no place '{name}' that moves; there are {available(there)}")
-        for port in along:
-            rows[int(np.argmax(port.base))] = port.row
-        return rows
+        return loading.loaded(self, name, mass)
 
     def places(self, kind: PortKind) -> tuple[str, ...]:
         """Return the names of the places where a mechanism of a kind can sit."""
