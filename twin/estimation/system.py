@@ -1,0 +1,122 @@
+"""A linear system with places for forces: continuous, and exactly sampled."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import expm
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class System:
+    """x' = A x + B u + E f + W n + G w,  y = C x + D u + F f + V n + v.
+
+    Attributes:
+        A: (n, n).
+        B, D: of the inputs u, (n, r), (m, r).
+        C: of the outputs, (m, n).
+        E, F: of the laws' forces f, (n, l), (m, l).
+        drift, rate: displacement and velocity at the laws' ports, (l, n).
+        W, V: of disturbances n that are constant over a sample and white from one to the next,
+            (n, w), (m, w): noise of the measured inputs, process noise.
+        G: of continuous white noises w of unit intensity, (n, g): they drive latent forces.
+    """
+
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    E: Array
+    F: Array
+    drift: Array
+    rate: Array
+    W: Array
+    V: Array
+    G: Array
+
+
+@dataclass(frozen=True)
+class Noise:
+    """The levels of one recording's noise.
+
+    Attributes:
+        held: standard deviation of the disturbances that are held over a sample, (w,).
+        output: standard deviation of the white noise of each output, (m,).
+        start: covariance of the state before the first sample, (n, n).
+    """
+
+    held: Array
+    output: Array
+    start: Array
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """A system stepped exactly: x+ = A x + B0 u + B1 u+ + E f + W n over a part of a sample.
+
+    Attributes:
+        A, B0, B1, E, W: over one of ``steps`` equal parts of a sample; inputs are linear in it.
+        whole: A over the whole sample, (n, n).
+        whole_W: W over the whole sample, (n, w).
+        Q: covariance that the continuous white noises leave after a sample, (n, n).
+        steps: parts of a sample.
+        system: the continuous system, for its outputs.
+    """
+
+    A: Array
+    B0: Array
+    B1: Array
+    E: Array
+    W: Array
+    whole: Array
+    whole_W: Array
+    Q: Array
+    steps: int
+    system: System
+
+
+def sampled(system: System, step_s: float, steps: int, held: NDArray[np.bool_]) -> Sampled:
+    """Discretise exactly by the matrix exponential (Van Loan 1978).
+
+    Args:
+        system: the continuous system.
+        step_s: sampling interval [s].
+        steps: parts into which a sample is divided for the laws.
+        held: inputs that are held from sample to sample instead of linear in between, (r,).
+    """
+    n, r = system.B.shape
+    h = step_s / steps
+    entries = np.hstack([system.B, system.E, system.W])
+    k = entries.shape[1]
+    big = np.zeros((n + k + r, n + k + r))
+    big[:n, :n] = system.A * h
+    big[:n, n : n + k] = entries * h
+    big[n : n + r, n + k :] = np.eye(r)  # the slope of the inputs
+    power = expm(big)
+    A, first, second = power[:n, :n], power[:n, n : n + k], power[:n, n + k :]
+    B0 = np.where(held, first[:, :r], first[:, :r] - second)
+    B1 = np.where(held, 0.0, second)
+    forces = system.E.shape[1]
+    W = first[:, r + forces :]
+    whole, whole_W = A, W
+    for _ in range(steps - 1):
+        whole, whole_W = A @ whole, A @ whole_W + W
+    return Sampled(
+        A, B0, B1, first[:, r : r + forces], W, whole, whole_W,
+        _noise_integral(system.A, system.G, step_s), steps, system,
+    )  # fmt: skip
+
+
+def _noise_integral(A: Array, G: Array, step_s: float) -> Array:
+    """Covariance that white noise of unit intensity through G leaves after one step."""
+    n = len(A)
+    if not G.size:
+        return np.zeros((n, n))
+    block = np.block([[-A, G @ G.T], [np.zeros((n, n)), A.T]]) * step_s
+    power = expm(block)
+    Q = power[n:, n:].T @ power[:n, n:]
+    return np.asarray((Q + Q.T) / 2)
