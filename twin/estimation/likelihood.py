@@ -253,8 +253,6 @@ def run(
     d = slopes or _nothing(plant, laws, system.W.shape[1], gain, assembly.numbers.shape[1])
     p = d["A"].shape[-1]
     # gains settle within some samples: their derivatives are those of the stationary ones
-    dKf = np.broadcast_to(d["Kf"], (1, *d["Kf"].shape))
-    dKu = np.broadcast_to(d["Ku"], (1, *d["Ku"].shape))
     e, de = np.empty((samples, m)), np.empty((samples, m, p))
     x, z, f = np.empty((samples, n)), np.empty((samples, laws)), np.empty((samples, laws))
     c = np.ascontiguousarray
@@ -266,7 +264,7 @@ def run(
         np.zeros(laws) if z0 is None else c(z0, dtype=float),
         begin_s, plant.steps, trial.step_s, (~assembly.held).astype(float), c(assembly.scales),
         d["A"], d["B0"], d["B1"], d["E"], d["W"], d["C"], d["D"], d["F"], d["numbers"],
-        c(dKf), c(dKu), np.zeros((n, p)) if dx0 is None else c(dx0), e, de, x, z, f,
+        d["Kf"], d["Ku"], np.zeros((n, p)) if dx0 is None else c(dx0), e, de, x, z, f,
     )  # fmt: skip
     return Run(e, de, x, z, f, gain, plant)
 

@@ -219,14 +219,14 @@ def predict(
                 for o in range(m):
                     c, s = Kf[g, l, o], e[o]
                     for i in range(p):
-                        X[l, i] += c * Y[o, i] + dKf[g, l, o, i] * s
+                        X[l, i] += c * Y[o, i] + dKf[l, o, i] * s
             for l in range(w):  # noqa: E741
                 for i in range(p):
                     dheld[l, i] = 0.0
                 for o in range(m):
                     c, s = Ku[g, l, o], e[o]
                     for i in range(p):
-                        dheld[l, i] += c * Y[o, i] + dKu[g, l, o, i] * s
+                        dheld[l, i] += c * Y[o, i] + dKu[l, o, i] * s
         for i in range(n):
             x[i] = start[i]
         for j in range(laws):
