@@ -1,0 +1,275 @@
+"""Which mechanism is worth a fit: the score test of every candidate in one pass (Rao 1948).
+
+A candidate of small strength changes the innovations along a direction c. With the present fit's
+slopes projected out, s = c^T e and I = c^T c (both whitened), the log likelihood would rise by
+s^2 / (2 I) at the strength s / I. That is a shortlist, not a verdict.
+"""
+
+# mypy: disable-error-code="no-untyped-def"
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.engine.candidates import Candidate
+from twin.engine.hypothesis import Hypothesis
+from twin.engine.problem import Motion
+from twin.estimation.fit import Fit
+from twin.estimation.laws import MOST_NUMBERS, pointers
+from twin.estimation.laws import Law as Compiled
+from twin.estimation.likelihood import Run, Value, _gaussian, evaluate
+from twin.mechanisms.mechanism import Disturbance, Law, Mechanism
+
+Array = NDArray[np.float64]
+
+SMALL = 1e-3
+"""Strength, as a share of a first guess, at which a linear candidate's direction is taken."""
+
+REACH = (0.02, 50.0)
+"""Strengths, as shares of a first guess, that a fit may start from: beyond, another first guess or
+another law is nearer."""
+
+
+@dataclass(frozen=True)
+class Score:
+    """What one first guess of a candidate promises.
+
+    Attributes:
+        candidate: whose it is.
+        start: the mechanism from which a fit would begin.
+        gain: expected rise of the log likelihood [nat].
+    """
+
+    candidate: Candidate
+    start: Mechanism
+    gain: float
+
+
+def screen(
+    fit: Fit, hypothesis: Hypothesis, candidates: Sequence[Candidate], moved: Sequence[Motion]
+) -> list[Score]:
+    """Return the best first guess of every candidate, the most promising first."""
+    value = evaluate(hypothesis, fit.z)
+    test = _ScoreTest(hypothesis, fit, value)
+    laws = [(c, s) for c in candidates for s in c.starts if isinstance(s, Law)]
+    others = [(c, s) for c in candidates for s in c.starts if not isinstance(s, Law)]
+    scores = _of_laws(test, laws, moved)
+    for candidate, start in others:
+        scores.append(Score(candidate, *_of_linear(test, candidate, start)))
+    best: dict[tuple[str, str], Score] = {}
+    for score in scores:
+        kept = best.get(score.candidate.label)
+        if kept is None or score.gain > kept.gain:
+            best[score.candidate.label] = score
+    return sorted(best.values(), key=lambda s: -s.gain)
+
+
+class _ScoreTest:
+    """Innovations and slopes of the present fit, whitened, and what is projected out."""
+
+    def __init__(self, hypothesis: Hypothesis, fit: Fit, value: Value) -> None:
+        self.hypothesis, self.fit, self.value = hypothesis, fit, value
+        self.runs = value.runs
+        self.parts = []
+        shared = [i for i, u in enumerate(hypothesis.unknowns) if u.role != "noise"]
+        self.white, self.slopes = [], []
+        total = np.zeros((len(shared), len(shared)))
+        pull = np.zeros(len(shared))
+        for index, (run, trial) in enumerate(zip(self.runs, hypothesis.trials, strict=True)):
+            blur = (
+                hypothesis.blur(index, run.f, run.sampled.system) if hypothesis.laws else None
+            )
+            part = _gaussian(run, trial, blur)
+            columns = [
+                i for i, u in enumerate(hypothesis.unknowns) if u.trial is None or u.trial == index
+            ]
+            keep = [columns.index(i) for i in shared]
+            J = part.whitened(np.ascontiguousarray(run.de[:, :, keep]))
+            self.parts.append(part)
+            self.white.append(part.white.ravel())
+            self.slopes.append(J)
+            total += J.T @ J
+            pull += J.T @ part.white.ravel()
+        self.inverse = np.linalg.inv(total + np.eye(len(shared)))
+        self.pull = pull
+
+    def gains(self, directions: Sequence[Array]) -> tuple[Array, Array]:
+        """Return expected gains and strengths, one per direction.
+
+        Args:
+            directions: whitened changes of the innovations, one (samples m, c) a recording.
+        """
+        s = sum(d.T @ w for d, w in zip(directions, self.white, strict=True))
+        own = sum(np.einsum("ij,ij->j", d, d) for d in directions)
+        across = sum(J.T @ d for J, d in zip(self.slopes, directions, strict=True))
+        carried = self.inverse @ across
+        s = s - carried.T @ self.pull
+        information = own - np.einsum("ij,ij->j", across, carried)
+        information = np.maximum(information, 1e-9 * own + 1e-300)
+        strength = -s / information  # the direction is that of e; e falls along it
+        return 0.5 * s**2 / information, strength
+
+
+def _of_laws(
+    test: _ScoreTest, pairs: Sequence[tuple[Candidate, Mechanism]], moved: Sequence[Motion]
+) -> list[Score]:
+    if not pairs:
+        return []
+    hypothesis = test.hypothesis
+    base = hypothesis.at(test.fit.z)
+    del base
+    directions = []
+    for index, (run, part, motion) in enumerate(
+        zip(test.runs, test.parts, moved, strict=True)
+    ):
+        model = hypothesis.problem.model
+        forces = np.column_stack([_force_along(law, model.port(law.place), motion,
+                                               hypothesis.problem.step_s)
+                                  for _, law in pairs])  # type: ignore[arg-type]
+        rows = np.array([model.port(law.place) for _, law in pairs])
+        directions.append(part.whitened(_respond(run, hypothesis, index, rows, forces)))
+    gains, strengths = test.gains(directions)
+    return [_scaled(c, s, float(g), float(a))
+            for (c, s), g, a in zip(pairs, gains, strengths, strict=True)]
+
+
+def _scaled(candidate: Candidate, start: Mechanism, gain: float, strength: float) -> Score:
+    if not np.isfinite(gain) or strength <= 0:
+        return Score(candidate, start, 0.0)
+    if strength > REACH[1] or strength < REACH[0]:
+        # so far from the guess the law would have another shape; what stays within reach counts
+        inside = float(np.clip(strength, *REACH))
+        ratio = inside / strength
+        gain *= max(2 * ratio - ratio**2, 0.0)
+        strength = inside
+    return Score(candidate, start.scaled(strength), gain)
+
+
+def _force_along(law: Law, row: Array, motion: Motion, step_s: float) -> Array:
+    """Return the force of a law along a motion, (samples,)."""
+    drift, rate = motion.q[:, : len(row)] @ row, motion.v[:, : len(row)] @ row
+    memory = np.zeros(len(drift))
+    compiled = Compiled(type(law).law, type(law).flow, len(law.numbers))
+    if compiled.flow is not None:
+        numbers = np.zeros(MOST_NUMBERS)
+        numbers[: len(law.numbers)] = law.numbers
+        memory = _remembered(pointers((compiled,))[1][0], numbers, drift)
+    time = np.arange(len(drift)) * step_s
+    return np.broadcast_to(law.force(drift, rate, memory, time), drift.shape)
+
+
+@numba.njit(nogil=True, cache=True)
+def _remembered(flow, numbers, drift):
+    out = np.zeros(len(drift))
+    z = 0.0
+    for k in range(1, len(drift)):
+        z = flow(z, drift[k - 1], drift[k], numbers.ctypes)
+        out[k] = z
+    return out
+
+
+def _respond(
+    run: Run, hypothesis: Hypothesis, trial: int, rows: Array, forces: Array
+) -> Array:
+    """Return the change of the innovations by small forces at ports, (samples, m, c)."""
+    system, plant = run.sampled.system, run.sampled
+    n = rows.shape[1]
+    # a force on the coordinates enters as process noise does, which is held over a sample
+    inputs = len(hypothesis.problem.model.inputs)
+    size = system.W.shape[1] - inputs
+    wide = np.zeros((size, len(rows)))
+    wide[:n] = -rows.T
+    entry = plant.whole_W[:, inputs:] @ wide
+    through = system.V[:, inputs:] @ wide
+    K = plant.whole @ run.gains.state[-1] + plant.whole_W @ run.gains.held[-1]
+    out = np.empty((len(forces), system.C.shape[0], len(rows)))
+    c = np.ascontiguousarray
+    _recurse(c(plant.whole - K @ system.C), c(K), c(system.C), c(entry), c(through), c(forces), out)
+    return out
+
+
+@numba.njit(nogil=True, cache=True)
+def _recurse(closed, K, C, entry, through, forces, out):
+    n, m, count = closed.shape[0], C.shape[0], forces.shape[1]
+    x, after = np.zeros((n, count)), np.zeros((n, count))
+    for k in range(len(forces)):
+        for o in range(m):
+            for c in range(count):
+                out[k, o, c] = -through[o, c] * forces[k, c]
+            for i in range(n):
+                g = C[o, i]
+                for c in range(count):
+                    out[k, o, c] -= g * x[i, c]
+        middle = min(k + 1, len(forces) - 1)
+        for i in range(n):
+            for c in range(count):
+                after[i, c] = entry[i, c] * 0.5 * (forces[k, c] + forces[middle, c])
+            for j in range(n):
+                g = closed[i, j]
+                for c in range(count):
+                    after[i, c] += g * x[j, c]
+            for o in range(m):
+                g = K[i, o]
+                for c in range(count):
+                    after[i, c] -= g * through[o, c] * forces[k, c]
+        for i in range(n):
+            for c in range(count):
+                x[i, c] = after[i, c]
+
+
+def _of_linear(test: _ScoreTest, candidate: Candidate, start: Mechanism) -> tuple[Mechanism, float]:
+    """Return the start and the expected gain of what is linear in its strength, or tried as is."""
+    small = start.scaled(SMALL) if not isinstance(start, Disturbance) else start
+    same = small == start
+    grown = added(test.hypothesis, candidate, start)
+    try:
+        z = moved_to(grown, test.hypothesis, test.fit.z, small)
+        value = evaluate(grown, z, derivatives=False)
+    except (ValueError, np.linalg.LinAlgError):
+        return start, 0.0
+    if isinstance(start, Disturbance) or same:
+        return start, value.log_likelihood - test.fit.log_likelihood
+    directions = []
+    for run, here, part in zip(value.runs, test.runs, test.parts, strict=True):
+        change = (run.e - here.e)[:, :, None] / SMALL
+        directions.append(part.whitened(np.ascontiguousarray(change)))
+    gain, strength = test.gains(directions)
+    score = _scaled(candidate, start, float(gain[0]), float(strength[0]))
+    return score.start, score.gain
+
+
+def added(hypothesis: Hypothesis, candidate: Candidate, start: Mechanism) -> Hypothesis:
+    """Return the hypothesis with one more mechanism."""
+    return replace(
+        hypothesis,
+        mechanisms=(*hypothesis.mechanisms, start),
+        priors=(*hypothesis.priors, candidate.priors),
+    )
+
+
+def moved_to(grown: Hypothesis, before: Hypothesis, z: Array, start: Mechanism) -> Array:
+    """Return values of all unknowns: those of another hypothesis, and a first guess for the rest.
+
+    Args:
+        grown: the hypothesis whose unknowns they are.
+        before: the one that ``z`` belongs to.
+        z: its values, (p,).
+        start: the mechanism that begins at its own values.
+    """
+    known = {u.name: float(x) for u, x in zip(before.unknowns, z, strict=True)}
+    out = np.zeros(len(grown.unknowns))
+    titles = {f"{start.name} {start.place} {name}": value for name, value in start.values.items()}
+    for i, unknown in enumerate(grown.unknowns):
+        if unknown.name in titles:
+            value = titles[unknown.name]
+            if unknown.log:
+                value = np.log(max(abs(value), 1e-300))
+            out[i] = (value - unknown.mean) / unknown.deviation
+        elif unknown.name in known:
+            out[i] = known[unknown.name]
+    return out

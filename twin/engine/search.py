@@ -1,0 +1,175 @@
+"""The search over sets of mechanisms: add, drop, exchange, by evidence alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.engine.candidates import Candidate, motions, scales_of
+from twin.engine.hypothesis import Hypothesis
+from twin.engine.problem import Motion, Problem
+from twin.engine.screening import Score, added, moved_to, screen
+from twin.estimation.fit import Fit, fit
+
+Array = NDArray[np.float64]
+
+WIDTH = 6
+"""Candidates of the screening that are fitted in a search step."""
+
+FIRST_STEPS = 4
+"""Gauss-Newton steps after which a candidate must be within reach of the best."""
+
+MOST = 4
+"""Mechanisms at most."""
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """A fitted set of mechanisms.
+
+    Attributes:
+        hypothesis, fit: what was fitted, and how it came out.
+        log_odds: log evidence less what the set costs beforehand: every mechanism at every place
+            is as likely as any other, and any at all as likely as none.
+    """
+
+    hypothesis: Hypothesis
+    fit: Fit
+    log_odds: float
+
+    @property
+    def labels(self) -> tuple[tuple[str, str], ...]:
+        """Name and place of each mechanism."""
+        return tuple((m.name, m.place) for m in self.hypothesis.mechanisms)
+
+
+@dataclass(frozen=True)
+class Found:
+    """What the search found.
+
+    Attributes:
+        nothing: the calibrated twin without further mechanisms.
+        best: the explanation with the greatest odds.
+        others: every other explanation that was fitted, best first.
+        screened: the screening of each step.
+        motion: the motion of every recording by the best explanation.
+    """
+
+    nothing: Explanation
+    best: Explanation
+    others: tuple[Explanation, ...]
+    screened: tuple[tuple[Score, ...], ...]
+    motion: tuple[Motion, ...]
+
+
+Offer = Callable[[Sequence[Motion]], Sequence[Candidate]]
+
+
+def start_of(hypothesis: Hypothesis) -> Array:
+    """Return where a first fit begins: a process noise that is wide, so that nothing is far."""
+    return np.array([1.5 if u.name.startswith("process") else 0.0 for u in hypothesis.unknowns])
+
+
+def search(
+    problem: Problem, offer: Offer, tell: Callable[[str], None] = lambda message: None
+) -> Found:
+    """Find the set of mechanisms with the greatest odds.
+
+    Args:
+        problem: the estimation problem.
+        offer: returns all candidates, given the motion of each recording.
+        tell: is told each step.
+    """
+    tell("calibrating the twin")
+    empty = Hypothesis(problem)
+    calibrated = fit(empty, start_of(empty))
+    nothing = Explanation(empty, calibrated, calibrated.log_evidence)
+    best = nothing
+    tried: dict[tuple[tuple[str, str], ...], Explanation] = {(): nothing}
+    screened = []
+    moved = motions(problem, empty, calibrated.z)
+    for step in range(MOST):
+        tell(f"search step {step + 1}: screening")
+        here = replace(best.hypothesis, scales=scales_of(problem, moved))
+        candidates = [c for c in offer(moved) if c.label not in best.labels]
+        cost = float(np.log(max(len(candidates), 2)))
+        scores = screen(best.fit, here, candidates, moved)
+        screened.append(tuple(scores))
+        promising = [s for s in scores if s.gain > cost][:WIDTH]
+        fits: list[Explanation] = []
+        for number, score in enumerate(promising):
+            tell(f"search step {step + 1}: fitting {score.candidate.label} "
+                 f"({number + 1} of {len(promising)})")  # fmt: skip
+            top = max((e.log_odds for e in fits), default=best.log_odds)
+            explained = _fitted(here, best, score, cost, top)
+            if explained is not None:
+                fits.append(explained)
+                key = tuple(sorted(explained.labels))
+                if key not in tried or tried[key].log_odds < explained.log_odds:
+                    tried[key] = explained
+        fits.sort(key=lambda e: -e.log_odds)
+        if not fits or fits[0].log_odds <= best.log_odds:
+            break
+        best = fits[0]
+        best = _without_needless(best, cost, tried)
+        moved = motions(problem, best.hypothesis, best.fit.z)
+    others = sorted((e for e in tried.values() if e.labels != best.labels),
+                    key=lambda e: -e.log_odds)  # fmt: skip
+    return Found(nothing, best, tuple(others), tuple(screened), moved)
+
+
+def _fitted(
+    here: Hypothesis, before: Explanation, score: Score, cost: float, top: float
+) -> Explanation | None:
+    grown = added(here, score.candidate, score.start)
+    z = moved_to(grown, before.hypothesis, before.fit.z, score.start)
+    spent = cost * len(grown.mechanisms)
+    try:
+        first = fit(grown, z, most=FIRST_STEPS, hopeless=top + spent)
+        if first.code != "converged" and first.log_posterior < top + spent - 0.5 * score.gain - 50:
+            return Explanation(grown, first, first.log_evidence - spent)
+        full = fit(grown, first.z, hopeless=top + spent) if first.code != "converged" else first
+    except (ValueError, np.linalg.LinAlgError):
+        return None
+    if not np.isfinite(full.log_evidence):
+        return None
+    return Explanation(grown, full, full.log_evidence - spent)
+
+
+def _without_needless(
+    best: Explanation, cost: float, tried: dict[tuple[tuple[str, str], ...], Explanation]
+) -> Explanation:
+    """Drop mechanisms that are not needed any more, the least needed first."""
+    while len(best.hypothesis.mechanisms) > 1:
+        options = []
+        for index in range(len(best.hypothesis.mechanisms) - 1):
+            fewer = dropped(best, index, cost)
+            if fewer is not None:
+                tried.setdefault(tuple(sorted(fewer.labels)), fewer)
+                options.append(fewer)
+        options.sort(key=lambda e: -e.log_odds)
+        if not options or options[0].log_odds <= best.log_odds:
+            return best
+        best = options[0]
+    return best
+
+
+def dropped(best: Explanation, index: int, cost: float) -> Explanation | None:
+    """Return the explanation without one of its mechanisms, fitted again."""
+    h = best.hypothesis
+    fewer = replace(
+        h,
+        mechanisms=(*h.mechanisms[:index], *h.mechanisms[index + 1 :]),
+        priors=(*h.priors[:index], *h.priors[index + 1 :]),
+    )
+    known = {u.name: x for u, x in zip(h.unknowns, best.fit.z, strict=True)}
+    z = np.array([known[u.name] for u in fewer.unknowns])
+    spent = cost * len(fewer.mechanisms)
+    try:
+        found = fit(fewer, z, hopeless=best.log_odds + spent)
+    except (ValueError, np.linalg.LinAlgError):
+        return None
+    return Explanation(fewer, found, found.log_evidence - spent)
