@@ -121,8 +121,10 @@ def surroundings(
         mass = model.bodies[place].mass
     inside = problem.frequencies[problem.frequencies > 0]
     w = 2 * np.pi * (inside[0] if len(inside) else 1.0)
-    total = next(iter(model.base.values())).mass if model.base else sum(
-        b.mass for b in model.bodies.values()
+    total = (
+        next(iter(model.base.values())).mass
+        if model.base
+        else sum(b.mass for b in model.bodies.values())
     )
     if place in model.places("base") and model.base:
         axis = place.rpartition(".")[2] if "." in place else next(iter(model.base))

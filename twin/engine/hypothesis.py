@@ -156,9 +156,7 @@ class Hypothesis:
         steps = 1
         if laws:
             steps = CORNER_STEPS if any(law.abrupt for law in laws) else SMOOTH_STEPS
-        compiled = tuple(
-            Compiled(type(law).law, type(law).flow, len(law.numbers)) for law in laws
-        )
+        compiled = tuple(Compiled(type(law).law, type(law).flow, len(law.numbers)) for law in laws)
         return Assembly(tuple(systems), tuple(which), tuple(noises), compiled, numbers, scales,
                         steps, problem.held)  # fmt: skip
 
@@ -174,7 +172,11 @@ class Hypothesis:
         own = len(self.problem.scale[trial])
         rms = np.zeros(size)
         q = START_WIDTH * self.problem.scale[trial] + 1e-12
-        w = 2 * np.pi * np.maximum(np.sqrt(np.abs(np.diag(self.problem.model.K))) / (2 * np.pi), 0.1)
+        w = (
+            2
+            * np.pi
+            * np.maximum(np.sqrt(np.abs(np.diag(self.problem.model.K))) / (2 * np.pi), 0.1)
+        )
         total = self._coordinates
         rms[:own] = q
         rms[total : total + own] = q * w

@@ -22,7 +22,7 @@ from twin.engine.problem import Motion
 from twin.estimation.fit import Fit
 from twin.estimation.laws import MOST_NUMBERS, pointers
 from twin.estimation.laws import Law as Compiled
-from twin.estimation.likelihood import Run, Value, _gaussian, evaluate
+from twin.estimation.likelihood import Run, Value, evaluate, gaussian
 from twin.mechanisms.mechanism import Disturbance, Law, Mechanism
 
 Array = NDArray[np.float64]
@@ -81,10 +81,8 @@ class _ScoreTest:
         total = np.zeros((len(shared), len(shared)))
         pull = np.zeros(len(shared))
         for index, (run, trial) in enumerate(zip(self.runs, hypothesis.trials, strict=True)):
-            blur = (
-                hypothesis.blur(index, run.f, run.sampled.system) if hypothesis.laws else None
-            )
-            part = _gaussian(run, trial, blur)
+            blur = hypothesis.blur(index, run.f, run.sampled.system) if hypothesis.laws else None
+            part = gaussian(run, trial, blur)
             columns = [
                 i for i, u in enumerate(hypothesis.unknowns) if u.trial is None or u.trial == index
             ]
@@ -116,26 +114,27 @@ class _ScoreTest:
 
 
 def _of_laws(
-    test: _ScoreTest, pairs: Sequence[tuple[Candidate, Mechanism]], moved: Sequence[Motion]
+    test: _ScoreTest, pairs: Sequence[tuple[Candidate, Law]], moved: Sequence[Motion]
 ) -> list[Score]:
     if not pairs:
         return []
     hypothesis = test.hypothesis
-    base = hypothesis.at(test.fit.z)
-    del base
     directions = []
-    for index, (run, part, motion) in enumerate(
-        zip(test.runs, test.parts, moved, strict=True)
-    ):
+    for index, (run, part, motion) in enumerate(zip(test.runs, test.parts, moved, strict=True)):
         model = hypothesis.problem.model
-        forces = np.column_stack([_force_along(law, model.port(law.place), motion,
-                                               hypothesis.problem.step_s)
-                                  for _, law in pairs])  # type: ignore[arg-type]
+        forces = np.column_stack(
+            [
+                _force_along(law, model.port(law.place), motion, hypothesis.problem.step_s)
+                for _, law in pairs
+            ]
+        )
         rows = np.array([model.port(law.place) for _, law in pairs])
         directions.append(part.whitened(_respond(run, hypothesis, index, rows, forces)))
     gains, strengths = test.gains(directions)
-    return [_scaled(c, s, float(g), float(a))
-            for (c, s), g, a in zip(pairs, gains, strengths, strict=True)]
+    return [
+        _scaled(c, s, float(g), float(a))
+        for (c, s), g, a in zip(pairs, gains, strengths, strict=True)
+    ]
 
 
 def _scaled(candidate: Candidate, start: Mechanism, gain: float, strength: float) -> Score:
@@ -159,7 +158,7 @@ def _force_along(law: Law, row: Array, motion: Motion, step_s: float) -> Array:
         numbers = np.zeros(MOST_NUMBERS)
         numbers[: len(law.numbers)] = law.numbers
         memory = _remembered(pointers((compiled,))[1][0], numbers, drift)
-    time = np.arange(len(drift)) * step_s
+    time = np.asarray(np.arange(len(drift)) * step_s, float)
     return np.broadcast_to(law.force(drift, rate, memory, time), drift.shape)
 
 
@@ -173,9 +172,7 @@ def _remembered(flow, numbers, drift):
     return out
 
 
-def _respond(
-    run: Run, hypothesis: Hypothesis, trial: int, rows: Array, forces: Array
-) -> Array:
+def _respond(run: Run, hypothesis: Hypothesis, trial: int, rows: Array, forces: Array) -> Array:
     """Return the change of the innovations by small forces at ports, (samples, m, c)."""
     system, plant = run.sampled.system, run.sampled
     n = rows.shape[1]
@@ -184,9 +181,9 @@ def _respond(
     size = system.W.shape[1] - inputs
     wide = np.zeros((size, len(rows)))
     wide[:n] = -rows.T
-    entry = plant.whole_W[:, inputs:] @ wide
+    entry = plant.entry[:, inputs:] @ wide
     through = system.V[:, inputs:] @ wide
-    K = plant.whole @ run.gains.state[-1] + plant.whole_W @ run.gains.held[-1]
+    K = plant.whole @ run.gains.state[-1] + plant.entry @ run.gains.held[-1]
     out = np.empty((len(forces), system.C.shape[0], len(rows)))
     c = np.ascontiguousarray
     _recurse(c(plant.whole - K @ system.C), c(K), c(system.C), c(entry), c(through), c(forces), out)

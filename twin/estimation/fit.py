@@ -89,7 +89,8 @@ def fit(
     moving = np.ones(p, bool) if free is None else free
     here = evaluate(model, z)
     score = here.log_likelihood - 0.5 * float(z @ z)
-    damping, code, step = 0.0, "stopped", 0
+    damping, step = 0.0, 0
+    code: Code = "stopped"
     for step in range(1, most + 1):
         watch(step, score)
         H = here.information + np.eye(p)

@@ -19,7 +19,7 @@ SETTLED = 1e-13
 """Largest step, as a share of the largest covariance, with which the doubling has converged."""
 
 SAME = 1e-3
-"""Share of its stationary value to which the innovations' covariance has settled after ``start``."""
+"""Share of its stationary value within which the innovations' covariance counts as settled."""
 
 LONGEST_START = 256
 """Samples of time-varying gains at most; a mode that has not settled by then hardly decays."""
@@ -70,7 +70,7 @@ def stationary_gains(sampled: Sampled, noise: Noise) -> Gains:
 def _stationary_of(sampled: Sampled, noise: Noise) -> tuple[Array, Array, Array, Array, Array]:
     """Return the stationary covariance, W and V of unit disturbances, Q and R."""
     system = sampled.system
-    W = np.ascontiguousarray(sampled.whole_W * noise.held)
+    W = np.ascontiguousarray(sampled.entry * noise.held)
     V = np.ascontiguousarray(system.V * noise.held)
     R = np.diag(noise.output**2)
     Q = W @ W.T + sampled.Q

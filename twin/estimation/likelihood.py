@@ -169,15 +169,11 @@ class _Sensitivity:
             step[index] += STEP
             moved = model.assemble(step)
             self.moved.append(moved)
-            self.moved_plants.append(
-                _plants(moved, model) if unknown.role == "system" else plants
-            )
+            self.moved_plants.append(_plants(moved, model) if unknown.role == "system" else plants)
 
     def columns(self, trial: int) -> list[int]:
         """Return the unknowns that change this trial."""
-        return [
-            i for i, u in enumerate(self.model.unknowns) if u.trial is None or u.trial == trial
-        ]
+        return [i for i, u in enumerate(self.model.unknowns) if u.trial is None or u.trial == trial]
 
     def of(self, trial: int) -> tuple[dict[str, Array], Array, list[int]]:
         """Return derivatives for the stepping loop, those of S (m, m, p), and the unknowns."""
@@ -240,9 +236,11 @@ def run(
     Args:
         assembly: for laws and numbers.
         trial: the recording.
-        plant, gain: its sampled system and gains.
+        plant: its sampled system.
+        gain: gains of the predictor.
         slopes: derivatives with respect to p unknowns, as ``predict`` takes them, or None.
-        x0, z0: state and memories before the first sample, or rest.
+        x0: state before the first sample, (n,), or rest.
+        z0: memories of the laws before it, (l,), or zero.
         begin_s: time of the first sample [s].
         dx0: derivatives of the first state, (n, p).
     """
@@ -298,11 +296,12 @@ def evaluate(model: Model, z: Array, derivatives: bool = True) -> Value:
     for index, result in enumerate(runs):
         trial = model.trials[index]
         blur = model.blur(index, result.f, result.sampled.system) if here.laws else None
-        part = _gaussian(result, trial, blur)
+        part = gaussian(result, trial, blur)
         log_likelihood += part.value
-        if slopes_of[index] is None:
+        slopes = slopes_of[index]
+        if slopes is None:
             continue
-        _, dS, columns = slopes_of[index]
+        _, dS, columns = slopes
         white = part.whitened(result.de)  # (samples m, p)
         g = -white.T @ part.white.ravel() - 0.5 * np.einsum("ij,ijp->p", part.balance, dS)
         half = np.einsum("ij,jkp->ikp", np.linalg.inv(result.gains.innovation[-1]), dS)
@@ -314,7 +313,7 @@ def evaluate(model: Model, z: Array, derivatives: bool = True) -> Value:
 
 
 @dataclass(frozen=True)
-class _Part:
+class Part:
     """One recording's share: log density, whitened innovations, sum of S^-1 - S^-1 e e^T S^-1."""
 
     value: float
@@ -338,7 +337,14 @@ class _Part:
         return out.reshape(samples * m, p)
 
 
-def _gaussian(result: Run, trial: Trial, blur: Array | None) -> _Part:
+def gaussian(result: Run, trial: Trial, blur: Array | None) -> Part:
+    """Return the log density of one recording's innovations and what its derivatives need.
+
+    Args:
+        result: the predictor's pass.
+        trial: the recording; what is missing in it does not count.
+        blur: further variances of the outputs, (samples, m), or None.
+    """
     samples, m = result.e.shape
     S = result.gains.innovation
     missing = np.isnan(trial.y)
@@ -363,4 +369,4 @@ def _gaussian(result: Run, trial: Trial, blur: Array | None) -> _Part:
     inverse = np.einsum("kji,kjl->kil", roots, roots)
     counts = np.bincount(which, minlength=len(S)).astype(float)
     balance = np.einsum("k,kij->ij", counts, inverse) - v.T @ v
-    return _Part(float(value), white, balance, roots, which)
+    return Part(float(value), white, balance, roots, which)

@@ -49,9 +49,11 @@ def _solve(force, flow, numbers, before, start, d, v, z, ed, ev, guess, t, scale
         if abs(error) <= CLOSE * (abs(f) + 1e-6 * scale):
             return f
         step = DIFFERENCE * (abs(f) + 1e-3 * scale)
-        slope = 1.0 - (
-            _at(force, flow, numbers, before, start, d, v, z, ed, ev, f + step, t) - value
-        ) / step
+        slope = (
+            1.0
+            - (_at(force, flow, numbers, before, start, d, v, z, ed, ev, f + step, t) - value)
+            / step
+        )
         if not slope > 0.1:
             break
         f = f - error / slope
@@ -82,7 +84,7 @@ def predict(
 
     Shapes: n states, m outputs, r inputs, l laws, w held disturbances, p unknowns, t gains.
 
-    Args:
+    In the order of the arguments:
         forces, flows: of the laws, compiled.
         A, B0, B1, E, W: over one part of a sample; C, D, F: of the outputs.
         drift, rate: at the laws' ports, (l, n).
@@ -107,7 +109,12 @@ def predict(
     f, z, instant = np.zeros(laws), z0.copy(), np.zeros(laws)
     now, soon, start = np.zeros(r), np.zeros(r), np.zeros(n)
     X, Y, dfree = dx0.copy(), np.zeros((m, p)), np.zeros((n, p))
-    dheld, df, dz, dinstant = np.zeros((w, p)), np.zeros((laws, p)), np.zeros((laws, p)), np.zeros((laws, p))
+    dheld, df, dz, dinstant = (
+        np.zeros((w, p)),
+        np.zeros((laws, p)),
+        np.zeros((laws, p)),
+        np.zeros((laws, p)),
+    )
     before, begun, ed, ev = np.zeros(laws), np.zeros(laws), np.zeros(laws), np.zeros(laws)
     dbefore, dbegun = np.zeros((laws, p)), np.zeros((laws, p))
     slope_n = np.zeros((laws, numbers.shape[1]))
@@ -132,12 +139,18 @@ def predict(
             if p:
                 hd, hv = DIFFERENCE * scales[j, 1], DIFFERENCE * scales[j, 2]
                 hz = DIFFERENCE * scales[j, 0]
-                sd = (forces[j](d + hd, v, z[j], t, numbers[j].ctypes)
-                      - forces[j](d - hd, v, z[j], t, numbers[j].ctypes)) / (2 * hd)
-                sv = (forces[j](d, v + hv, z[j], t, numbers[j].ctypes)
-                      - forces[j](d, v - hv, z[j], t, numbers[j].ctypes)) / (2 * hv)
-                sz = (forces[j](d, v, z[j] + hz, t, numbers[j].ctypes)
-                      - forces[j](d, v, z[j] - hz, t, numbers[j].ctypes)) / (2 * hz)
+                sd = (
+                    forces[j](d + hd, v, z[j], t, numbers[j].ctypes)
+                    - forces[j](d - hd, v, z[j], t, numbers[j].ctypes)
+                ) / (2 * hd)
+                sv = (
+                    forces[j](d, v + hv, z[j], t, numbers[j].ctypes)
+                    - forces[j](d, v - hv, z[j], t, numbers[j].ctypes)
+                ) / (2 * hv)
+                sz = (
+                    forces[j](d, v, z[j] + hz, t, numbers[j].ctypes)
+                    - forces[j](d, v, z[j] - hz, t, numbers[j].ctypes)
+                ) / (2 * hz)
                 for i in range(p):
                     dinstant[j, i] = sz * dz[j, i]
                 for l in range(n):  # noqa: E741
@@ -237,12 +250,18 @@ def predict(
             z[j] = flows[j](held_z, before[j], d, numbers[j].ctypes)
             if p and scales[j, 0] > 0.0:
                 hz, hd = DIFFERENCE * scales[j, 0], DIFFERENCE * scales[j, 1]
-                sz = (flows[j](held_z + hz, before[j], d, numbers[j].ctypes)
-                      - flows[j](held_z - hz, before[j], d, numbers[j].ctypes)) / (2 * hz)
-                sb = (flows[j](held_z, before[j] + hd, d, numbers[j].ctypes)
-                      - flows[j](held_z, before[j] - hd, d, numbers[j].ctypes)) / (2 * hd)
-                sa = (flows[j](held_z, before[j], d + hd, numbers[j].ctypes)
-                      - flows[j](held_z, before[j], d - hd, numbers[j].ctypes)) / (2 * hd)
+                sz = (
+                    flows[j](held_z + hz, before[j], d, numbers[j].ctypes)
+                    - flows[j](held_z - hz, before[j], d, numbers[j].ctypes)
+                ) / (2 * hz)
+                sb = (
+                    flows[j](held_z, before[j] + hd, d, numbers[j].ctypes)
+                    - flows[j](held_z, before[j] - hd, d, numbers[j].ctypes)
+                ) / (2 * hd)
+                sa = (
+                    flows[j](held_z, before[j], d + hd, numbers[j].ctypes)
+                    - flows[j](held_z, before[j], d - hd, numbers[j].ctypes)
+                ) / (2 * hd)
                 for i in range(p):
                     dz[j, i] = sz * dz[j, i] + sb * dbefore[j, i]
                 for l in range(n):  # noqa: E741
@@ -313,7 +332,7 @@ def predict(
                                 for a in range(p):
                                     dbefore[j, a] += c * X[l, a]
                                     dbegun[j, a] += s * X[l, a]
-                for sweep in range(SWEEPS if laws > 1 else 1):
+                for _ in range(SWEEPS if laws > 1 else 1):
                     for j in range(laws):
                         d, v = 0.0, 0.0
                         for i in range(n):
@@ -350,12 +369,18 @@ def predict(
                     z[j] = flows[j](kept_z, before[j], d, numbers[j].ctypes)
                     if p:
                         hz, hd = DIFFERENCE * scales[j, 0], DIFFERENCE * scales[j, 1]
-                        sz = (flows[j](kept_z + hz, before[j], d, numbers[j].ctypes)
-                              - flows[j](kept_z - hz, before[j], d, numbers[j].ctypes)) / (2 * hz)
-                        sb = (flows[j](kept_z, before[j] + hd, d, numbers[j].ctypes)
-                              - flows[j](kept_z, before[j] - hd, d, numbers[j].ctypes)) / (2 * hd)
-                        sa = (flows[j](kept_z, before[j], d + hd, numbers[j].ctypes)
-                              - flows[j](kept_z, before[j], d - hd, numbers[j].ctypes)) / (2 * hd)
+                        sz = (
+                            flows[j](kept_z + hz, before[j], d, numbers[j].ctypes)
+                            - flows[j](kept_z - hz, before[j], d, numbers[j].ctypes)
+                        ) / (2 * hz)
+                        sb = (
+                            flows[j](kept_z, before[j] + hd, d, numbers[j].ctypes)
+                            - flows[j](kept_z, before[j] - hd, d, numbers[j].ctypes)
+                        ) / (2 * hd)
+                        sa = (
+                            flows[j](kept_z, before[j], d + hd, numbers[j].ctypes)
+                            - flows[j](kept_z, before[j], d - hd, numbers[j].ctypes)
+                        ) / (2 * hd)
                         for a in range(p):
                             dz[j, a] = sz * dz[j, a] + sb * dbefore[j, a]
                         for l in range(n):  # noqa: E741
@@ -400,16 +425,26 @@ def _force_slopes(
         hv = DIFFERENCE * scales[j, 2]
         z0, b0, s0 = z[j], before[j], begun[j]
         c1, c2 = forces[j], flows[j]
-        by_f = (_at(c1, c2, args, b0, s0, d, v, z0, ed[j], ev[j], f[j] + hf, middle)
-                - _at(c1, c2, args, b0, s0, d, v, z0, ed[j], ev[j], f[j] - hf, middle)) / (2 * hf)
-        by_d = (_at(c1, c2, args, b0, s0, d + hd, v, z0, ed[j], ev[j], f[j], middle)
-                - _at(c1, c2, args, b0, s0, d - hd, v, z0, ed[j], ev[j], f[j], middle)) / (2 * hd)
-        by_b = (_at(c1, c2, args, b0 + hd, s0, d, v, z0, ed[j], ev[j], f[j], middle)
-                - _at(c1, c2, args, b0 - hd, s0, d, v, z0, ed[j], ev[j], f[j], middle)) / (2 * hd)
-        by_v = (_at(c1, c2, args, b0, s0, d, v + hv, z0, ed[j], ev[j], f[j], middle)
-                - _at(c1, c2, args, b0, s0, d, v - hv, z0, ed[j], ev[j], f[j], middle)) / (2 * hv)
-        by_z = (_at(c1, c2, args, b0, s0, d, v, z0 + hf, ed[j], ev[j], f[j], middle)
-                - _at(c1, c2, args, b0, s0, d, v, z0 - hf, ed[j], ev[j], f[j], middle)) / (2 * hf)
+        by_f = (
+            _at(c1, c2, args, b0, s0, d, v, z0, ed[j], ev[j], f[j] + hf, middle)
+            - _at(c1, c2, args, b0, s0, d, v, z0, ed[j], ev[j], f[j] - hf, middle)
+        ) / (2 * hf)
+        by_d = (
+            _at(c1, c2, args, b0, s0, d + hd, v, z0, ed[j], ev[j], f[j], middle)
+            - _at(c1, c2, args, b0, s0, d - hd, v, z0, ed[j], ev[j], f[j], middle)
+        ) / (2 * hd)
+        by_b = (
+            _at(c1, c2, args, b0 + hd, s0, d, v, z0, ed[j], ev[j], f[j], middle)
+            - _at(c1, c2, args, b0 - hd, s0, d, v, z0, ed[j], ev[j], f[j], middle)
+        ) / (2 * hd)
+        by_v = (
+            _at(c1, c2, args, b0, s0, d, v + hv, z0, ed[j], ev[j], f[j], middle)
+            - _at(c1, c2, args, b0, s0, d, v - hv, z0, ed[j], ev[j], f[j], middle)
+        ) / (2 * hv)
+        by_z = (
+            _at(c1, c2, args, b0, s0, d, v, z0 + hf, ed[j], ev[j], f[j], middle)
+            - _at(c1, c2, args, b0, s0, d, v, z0 - hf, ed[j], ev[j], f[j], middle)
+        ) / (2 * hf)
         # the midpoint's rate is the mean of both ends', so both have the same slope
         scale = 1.0 / max(1.0 - by_f, 1e-3)
         for a in range(p):

@@ -61,7 +61,7 @@ class Sampled:
     Attributes:
         A, B0, B1, E, W: over one of ``steps`` equal parts of a sample; inputs are linear in it.
         whole: A over the whole sample, (n, n).
-        whole_W: W over the whole sample, (n, w).
+        entry: W over the whole sample, (n, w).
         Q: covariance that the continuous white noises leave after a sample, (n, n).
         steps: parts of a sample.
         system: the continuous system, for its outputs.
@@ -73,7 +73,7 @@ class Sampled:
     E: Array
     W: Array
     whole: Array
-    whole_W: Array
+    entry: Array
     Q: Array
     steps: int
     system: System
@@ -102,11 +102,11 @@ def sampled(system: System, step_s: float, steps: int, held: NDArray[np.bool_]) 
     B1 = np.where(held, 0.0, second)
     forces = system.E.shape[1]
     W = first[:, r + forces :]
-    whole, whole_W = A, W
+    whole, entry = A, W
     for _ in range(steps - 1):
-        whole, whole_W = A @ whole, A @ whole_W + W
+        whole, entry = A @ whole, A @ entry + W
     return Sampled(
-        A, B0, B1, first[:, r : r + forces], W, whole, whole_W,
+        A, B0, B1, first[:, r : r + forces], W, whole, entry,
         _noise_integral(system.A, system.G, step_s), steps, system,
     )  # fmt: skip
 
