@@ -29,7 +29,7 @@ from .steps import (
     open_and_score,
 )
 from .summary import summarise
-from .tables import TABLES
+from .tables import KNOWN
 from .versions import versions
 
 __all__ = ["run"]
@@ -69,8 +69,8 @@ def run(
     """
     until = time.time() + budget_s
     for table in tables:
-        if table not in TABLES:
-            raise TwinError(f"no table '{table}' of concealed cases; there are {available(TABLES)}")
+        if table not in KNOWN:
+            raise TwinError(f"no table '{table}' of concealed cases; there are {available(KNOWN)}")
     if diagnose is None:
         of_the_command()  # that there is none, is said before anything is generated
     out = out.resolve()
@@ -146,7 +146,7 @@ def _mixed(tables: Mapping[str, int]) -> dict[str, tuple[str, int]]:
 
 def _in_order(cases: Mapping[str, tuple[str, int]]) -> list[str]:
     """Return the names, table by table."""
-    order = {table: i for i, table in enumerate(TABLES)}
+    order = {table: i for i, table in enumerate(KNOWN)}
     return sorted(cases, key=lambda name: (order[cases[name][0]], cases[name][1]))
 
 

@@ -19,7 +19,8 @@ from .motions import motion
 from .plans import Test, draw_plan, on_ground
 from .rig import Array, Rig
 from .seal import seal
-from .tables import TABLES, Combination, case_name, combination_of, expected, stream
+from .structures.cases import generate_structure
+from .tables import KNOWN, STRUCTURES, Combination, case_name, combination_of, expected, stream
 
 __all__ = ["Case", "case_name", "draw_case", "from_truth", "generate", "moved"]
 
@@ -135,7 +136,7 @@ def generate(
         folder: gets case_0007/train_1.csv and so on, none_0007 where nothing is concealed; and
             model.xml, where the model that a diagnosis is told does not come with the package.
         sealed: gets case_0007.json.
-        table: one of ``TABLES``; "none" conceals nothing.
+        table: one of ``KNOWN``; "none" conceals nothing.
         nominal: the rig before its scatter; None for the table's own.
 
     Returns:
@@ -144,8 +145,10 @@ def generate(
     Raises:
         TwinError: there is no such table, or no strength that would do.
     """
-    if table not in TABLES:
-        raise TwinError(f"no table '{table}' of concealed cases; there are {available(TABLES)}")
+    if table not in KNOWN:
+        raise TwinError(f"no table '{table}' of concealed cases; there are {available(KNOWN)}")
+    if table in STRUCTURES:
+        return generate_structure(table, number, seed, folder, sealed)
     nominal = nominal or nominal_of(table)
     combination = combination_of(table, number, seed, nominal.storeys)
     for attempt in range(TRIES):

@@ -47,6 +47,7 @@ def score(
         stated: [probability, right] of all findings and alternatives, in their order.
         probability (of the first finding), seconds, found (what was named first), named (all).
     """
+    diagnosis = by_one_name(diagnosis, truth.get("alike", {}))
     findings = diagnosis.get("findings", [])
     effects = effects_of(truth)
     wanted = [_wanted(truth, effect) for effect in effects]
@@ -93,6 +94,20 @@ def score(
         "found": "error" if "error" in diagnosis else words(first),
         "named": [words(pair) for pair in named],
     }
+
+
+def by_one_name(diagnosis: Mapping[str, Any], alike: Mapping[str, str]) -> dict[str, Any]:
+    """Return a diagnosis in which places that move alike have one name, as the truth has it."""
+
+    def renamed(entry: Mapping[str, Any]) -> dict[str, Any]:
+        return {**entry, "location": alike.get(entry["location"], entry["location"])}
+
+    named = {
+        key: [renamed(entry) for entry in diagnosis[key]]
+        for key in ("findings", "alternatives")
+        if key in diagnosis
+    }
+    return {**diagnosis, **named}
 
 
 def effects_of(truth: Mapping[str, Any]) -> list[dict[str, Any]]:

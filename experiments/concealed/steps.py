@@ -23,6 +23,8 @@ from .kept import read_kept
 from .reference import reference
 from .score import score
 from .seal import open_seal
+from .structures.cases import reference_of
+from .tables import STRUCTURES
 
 Diagnose = Callable[..., dict[str, Any]]
 """diagnose(model, train, test, out, seed) -> the JSON of ``twin diagnose``."""
@@ -116,7 +118,8 @@ def open_and_score(task: Opening) -> dict[str, Any]:
     if diagnosis is None:
         raise TwinError(f"{task.kept}: no diagnosis: the seal stays closed")
     truth = open_seal(task.truth, task.digest)
-    reached = reference(truth, task.recordings)
+    in_structure = truth["table"] in STRUCTURES
+    reached = reference_of(truth) if in_structure else reference(truth, task.recordings)
     return {
         "truth": {key: truth[key] for key in SEEN if key in truth},
         "diagnosis": {key: diagnosis[key] for key in KEPT if key in diagnosis},

@@ -50,7 +50,8 @@ def draw(rng: np.random.Generator, name: str, location: str, rig: Rig, motion: M
     return Mechanism(name, location, tuple((k, float(v)) for k, v in values.items()), form)
 
 
-def _signed(rng: np.random.Generator, low: float, high: float) -> float:
+def signed(rng: np.random.Generator, low: float, high: float) -> float:
+    """Draw a size from [low, high], evenly in the logarithm, and a sign."""
     return float(rng.choice([-1.0, 1.0])) * log_uniform(rng, low, high)
 
 
@@ -75,7 +76,7 @@ def _values(
         return {"rms": 1.0, "frequency": frequency}, form  # scaled by its effect later
     mass = rig.masses[m.index]
     if m.name == "mass":
-        return {"change": mass * _signed(rng, 0.03, 0.2)}, ""
+        return {"change": mass * signed(rng, 0.03, 0.2)}, ""
     if m.name == "quadratic_drag":
         viscous = 2 * rig.damping_ratios[0] * omega[0] * mass * log_uniform(rng, 0.3, 4.0)
         return {"coefficient": viscous * 3 * np.pi / 8 / motion.velocity[m.index]}, ""
@@ -92,34 +93,49 @@ def _values(
 def _of_storey(
     rng: np.random.Generator, m: Mechanism, rig: Rig, motion: Motion
 ) -> tuple[dict[str, float], str]:
-    k, d = rig.stiffnesses[m.index], motion.drift[m.index]
-    largest = motion.largest[m.index]
-    if m.name == "stiffness":
-        return {"change": k * _signed(rng, 0.04, 0.25)}, ""
-    if m.name == "damping":
-        equivalent = 2 * rig.damping_ratios[0] * k / rig.modes[0][0]
-        return {"change": equivalent * log_uniform(rng, 0.3, 4.0)}, ""
-    if m.name == "coulomb_friction":
+    k, i = rig.stiffnesses[m.index], m.index
+    viscous = 2 * rig.damping_ratios[0] * k / rig.modes[0][0]
+    return of_spring(rng, m.name, k, motion.drift[i], motion.largest[i], viscous)
+
+
+def of_spring(
+    rng: np.random.Generator, name: str, k: float, d: float, largest: float, viscous: float
+) -> tuple[dict[str, float], str]:
+    """Draw an effect beside a spring: its parameters and its form.
+
+    Args:
+        rng: draws.
+        name: of the mechanism.
+        k: linear stiffness of the spring [N/m, N m/rad].
+        d: middle of the recordings' largest drifts [m, rad].
+        largest: of them all [m, rad].
+        viscous: damping that would give the spring the first mode's [N s/m, N m s/rad].
+    """
+    if name == "stiffness":
+        return {"change": k * signed(rng, 0.04, 0.25)}, ""
+    if name == "damping":
+        return {"change": viscous * log_uniform(rng, 0.3, 4.0)}, ""
+    if name == "coulomb_friction":
         return {"force": k * d * log_uniform(rng, 0.006, 0.1)}, ""
-    if m.name == "cubic_stiffness":
+    if name == "cubic_stiffness":
         if rng.random() < 0.2:  # softening: the storey keeps 70 % of its stiffness
             return {
                 "stiffness": -min(k / d**2 * log_uniform(rng, 0.01, 0.1), 0.1 * k / largest**2)
             }, ""
         return {"stiffness": k / d**2 * log_uniform(rng, 0.01, 0.5)}, ""
-    if m.name == "quadratic_stiffness":
+    if name == "quadratic_stiffness":
         share = log_uniform(rng, 0.01, 0.25) / d
         return {"stiffness": k * float(rng.choice([-1, 1])) * min(share, 0.3 / largest)}, ""
-    if m.name == "bumper":
+    if name == "bumper":
         gap = d * float(rng.choice([-1, 1])) * rng.uniform(0.3, 0.9)
         return {"gap": gap, "stiffness": k * log_uniform(rng, 2.0, 20.0)}, ""
-    if m.name == "clearance":
+    if name == "clearance":
         return {"gap": d * log_uniform(rng, 0.1, 0.7), "stiffness": k * rng.uniform(0.2, 0.6)}, ""
-    if m.name == "hysteresis":
+    if name == "hysteresis":
         part = k * rng.uniform(0.15, 0.5)
         form = str(rng.choice(["bouc_wen_1", "bouc_wen_2", "jenkins"]))
         return {"stiffness": part, "yield_force": part * d * log_uniform(rng, 0.2, 0.8)}, form
-    return {"rate": _signed(rng, 0.01, 0.1) / 30.0}, ""
+    return {"rate": signed(rng, 0.01, 0.1) / 30.0}, ""
 
 
 def _of_sensor(rng: np.random.Generator, m: Mechanism, motion: Motion) -> dict[str, float]:

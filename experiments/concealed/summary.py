@@ -10,7 +10,7 @@ from .calibration import calibration_curve, first_stated
 from .mechanisms import FLOOR, GROUND, SENSOR, STOREY
 from .score import effects_of, pair_of, words
 from .shares import median, share
-from .tables import TABLES
+from .tables import KNOWN
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -126,4 +126,4 @@ def confusion(results: Mapping[str, dict[str, Any]]) -> tuple[list[str], np.ndar
 
 def _ordered(tables: Iterable[str]) -> list[str]:
     given = list(tables)
-    return [name for name in TABLES if name in given] + sorted(set(given) - set(TABLES))
+    return [name for name in KNOWN if name in given] + sorted(set(given) - set(KNOWN))

@@ -12,7 +12,13 @@ TABLES = (
     "single", "none", "absorbed", "pairs", "outside", "one_sensor", "ground", "three_storeys",
     "five_storeys",
 )  # fmt: skip
-"""Names of the tables."""
+"""Names of the chain's tables."""
+
+STRUCTURES = ("portal", "rotated", "beam", "drive")
+"""Names of the tables beyond the chain; see ``structures``."""
+
+KNOWN = (*TABLES, *STRUCTURES)
+"""Names of all tables."""
 
 Combination = tuple[tuple[str, str], ...]
 """(mechanism, location) of every effect of a case; empty where nothing is concealed."""

@@ -71,7 +71,7 @@ def concealed(
     """
     check_json_target(json)
     package = _generator()
-    known = import_module(f"{package}.tables").TABLES
+    known = import_module(f"{package}.tables").KNOWN
     tables = {"single": cases, "none": none, **tables_of(table or [], known)}
     tables = {name: count for name, count in tables.items() if count}
     if not tables:

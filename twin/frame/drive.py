@@ -37,7 +37,7 @@ class DriveDesign:
 
 
 def drive_mjcf(design: DriveDesign, name: str = "drive") -> str:
-    """Return the MJCF text: joint and body ``carriage``, motor ``force``, sensor ``position``."""
+    """Return MJCF: body ``carriage``, joint ``slide``, motor ``force``, sensor ``position``."""
     document = Document.new(name)
     options(document, design.gravity)
     document.section("option").set("timestep", repr(TIMESTEP))
@@ -50,10 +50,10 @@ def drive_mjcf(design: DriveDesign, name: str = "drive") -> str:
     box(world, "motor", (-design.travel - 0.17, 0, 0.05), (0.05, 0.05, 0.05))
     carriage = add(world, "body", name="carriage", pos=(0, 0, 0.06))
     damping = design.damping
-    add(carriage, "joint", name="carriage", type="slide", axis=(1, 0, 0), damping=damping)
+    add(carriage, "joint", name="slide", type="slide", axis=(1, 0, 0), damping=damping)
     inertia = tuple(design.mass / 12 * size for size in (0.02, 0.06, 0.06))
     add(carriage, "inertial", pos=(0, 0, 0), mass=design.mass, diaginertia=inertia)
     box(carriage, "aluminium", (0, 0, 0), (0.12, 0.08, 0.02))
-    add(document.section("actuator"), "motor", name="force", joint="carriage")
-    add(document.section("sensor"), "jointpos", name="position", joint="carriage")
+    add(document.section("actuator"), "motor", name="force", joint="slide")
+    add(document.section("sensor"), "jointpos", name="position", joint="slide")
     return document.text()
