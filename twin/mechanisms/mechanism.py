@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.errors import ModelError, available
+from twin.mechanisms.instrument import Instrument
 from twin.mechanisms.units import of_port
 from twin.model.linear import LinearModel
 from twin.parameter import Parameter
@@ -232,14 +233,19 @@ class ChannelFault(Mechanism):
 
     A fault states its forward law on whole histories (``distort``) and, where it can be taken back
     without loss, the inverse (``undo``). One that cannot is either a filter (``filter_hz``) or a
-    limit (``limit``).
+    limit (``limit``). For an estimator it is one of three things: a linear system between quantity
+    and reading (``instrument``), something that is taken back in the samples (``in_samples``), or
+    samples to leave out (``spoiled``).
 
     Attributes of the class:
         of_kinds: quantities of the channels that can have it (``twin.quantity``).
         of_motor: True where not an instrument is at fault but a motor: ``distort`` then turns what
             was commanded, and recorded, into what the motor delivers, and nothing is undone.
+        in_samples: True where an estimator changes the samples themselves, by ``undo`` (a motor's
+            by ``distort``): a shift in time has no small state space.
     """
 
+    in_samples: ClassVar[bool] = False
     of_kinds: ClassVar[frozenset[str]] = OUTPUTS
     of_motor: ClassVar[bool] = False
 
@@ -257,6 +263,18 @@ class ChannelFault(Mechanism):
         Raises:
             ModelError: there is no such channel; the message lists those there are.
         """
+
+    def instrument(self, rms: float) -> Instrument | None:
+        """Return it as a linear system from its channels' quantities to their readings, if it is.
+
+        Args:
+            rms: of the reading, the scale of the instrument's states before the first sample.
+        """
+        return None
+
+    def spoiled(self, reading: Array) -> NDArray[np.bool_]:
+        """Return the samples that it hides, (samples,); they are left out, not explained."""
+        return np.zeros(len(reading), bool)
 
     def undo(self, columns: Mapping[str, Array], rate_hz: float) -> dict[str, Array]:
         """Return the channels as a sound instrument would have recorded them."""

@@ -26,6 +26,7 @@ class MotorDeadband(ChannelFault):
     port_unit: ClassVar[str] = "rad"
     parameters: ClassVar = {"torque": Parameter("N m", "below which nothing is delivered", "log")}
     reference: ClassVar[str] = "Tao and Kokotovic 1996"
+    in_samples: ClassVar[bool] = True
     mjcf: ClassVar[str] = "a motor's fault is not part of the model: change its control"
     of_motor: ClassVar[bool] = True
 

@@ -23,6 +23,7 @@ class MotorDelay(ChannelFault):
     on: ClassVar = "actuator"
     parameters: ClassVar = {"delay": Parameter("s", "from command to torque", "log")}
     reference: ClassVar[str] = "Astrom and Wittenmark 1997, Computer-Controlled Systems"
+    in_samples: ClassVar[bool] = True
     mjcf: ClassVar[str] = "a motor's fault is not part of the model: change its control"
     of_motor: ClassVar[bool] = True
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from twin.mechanisms.mechanism import Array, ChannelFault, Surroundings
 from twin.mechanisms.scales import peak, range_ends
@@ -61,6 +62,10 @@ class SensorClipping(ChannelFault):
             return None
         level = max(map(abs, ends))
         return cls(place, level, level)
+
+    def spoiled(self, reading: Array) -> NDArray[np.bool_]:
+        """Return the samples at the end of the range."""
+        return np.asarray(np.abs(reading) >= self.level * (1 - 2 * READ_OFF))
 
     @classmethod
     def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:

@@ -23,6 +23,7 @@ class SensorDelay(ChannelFault):
     on: ClassVar = "channel"
     parameters: ClassVar = {"delay": Parameter("s", "of the channel against the others")}
     reference: ClassVar[str] = "Laakso et al. 1996, Splitting the unit delay"
+    in_samples: ClassVar[bool] = True
     mjcf: ClassVar[str] = "a channel's fault is not part of the model"
 
     delay: float = 0.0

@@ -7,6 +7,9 @@ from dataclasses import dataclass
 from math import log
 from typing import ClassVar, Self
 
+import numpy as np
+
+from twin.mechanisms.instrument import Instrument
 from twin.mechanisms.mechanism import INPUTS, OUTPUTS, Array, ChannelFault, Surroundings
 from twin.parameter import Parameter
 
@@ -43,6 +46,10 @@ class SensorGain(ChannelFault):
     def log_volume(self) -> float:
         """Return -log gain."""
         return -log(abs(self.gain))
+
+    def instrument(self, rms: float) -> Instrument:
+        """Return the gain."""
+        return Instrument.static(np.array([[self.gain]]))
 
     @classmethod
     def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:

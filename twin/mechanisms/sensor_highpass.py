@@ -10,6 +10,7 @@ from typing import ClassVar, Self
 import numpy as np
 from scipy.signal import lfilter
 
+from twin.mechanisms.instrument import Instrument
 from twin.mechanisms.mechanism import Array, ChannelFault, Surroundings
 from twin.parameter import Parameter
 
@@ -41,6 +42,12 @@ class SensorHighpass(ChannelFault):
     def filter_hz(self) -> float:
         """Return the corner."""
         return self.corner
+
+    def instrument(self, rms: float) -> Instrument:
+        """Return the low-passed part, which is taken off, as its state."""
+        w = 2 * pi * self.corner
+        start = np.array([[rms**2]])
+        return Instrument.of(np.array([[-w]]), np.array([w]), np.array([-1.0]), 1.0, start)
 
     @classmethod
     def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:

@@ -8,6 +8,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
+from twin.mechanisms.instrument import Instrument
 from twin.mechanisms.mechanism import Array, ChannelFault, Surroundings
 
 
@@ -36,6 +37,10 @@ class SensorPolarity(ChannelFault):
     def undo(self, columns: Mapping[str, Array], rate_hz: float) -> dict[str, Array]:
         """Return the channels with the sign turned back."""
         return self._change(columns, np.negative)
+
+    def instrument(self, rms: float) -> Instrument:
+        """Return the sign."""
+        return Instrument.static(np.array([[-1.0]]))
 
     @classmethod
     def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:

@@ -6,7 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
+import numpy as np
+
 from twin.errors import ModelError, available
+from twin.mechanisms.instrument import Instrument
 from twin.mechanisms.mechanism import Array, ChannelFault, Surroundings
 
 
@@ -41,6 +44,10 @@ class SensorSwap(ChannelFault):
     def undo(self, columns: Mapping[str, Array], rate_hz: float) -> dict[str, Array]:
         """Return the channels, exchanged back."""
         return self.distort(columns, rate_hz)
+
+    def instrument(self, rms: float) -> Instrument:
+        """Return the exchange."""
+        return Instrument.static(np.array([[0.0, 1.0], [1.0, 0.0]]))
 
     @classmethod
     def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:
