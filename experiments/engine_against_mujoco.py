@@ -1,26 +1,30 @@
 """Free runs of the exact linear equations beside MuJoCo's own, on ten models.
 
-Each model is driven at all its inputs by noise that is linear between samples, so gently that its
-geometry stays linear; what is compared is every sensor's every axis that moves at first order.
+    python experiments/engine_against_mujoco.py
 
-Run: python experiments/engine_against_mujoco.py
+Each model is driven at all its inputs by noise that is linear between samples; what is compared is
+every axis of every sensor that moves at first order. At 0.1 mm or mrad the geometry is linear and
+what is left is the equations' and MuJoCo's own error: the claim is 0.1 %. The second column, at
+1 mm or mrad, shows how the geometry then begins to matter; it is not claimed.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from twin.contract import names_in
 from twin.frame import FrameDesign
 from twin.model import Twin
+from twin.model.free_run import free_run
+from twin.model.linear import LinearModel
 from twin.model.self_check import SelfCheck, self_check
 from twin.model.sensing import sensor_columns
 
 RATE_HZ = 256.0
-SAMPLES = 4096
-ROTATION = 1e-3
+SAMPLES = 2048
+GENTLE, STRONG = 1e-4, 1e-3
 """Largest displacement or rotation of a port in the linear free run [m, rad]."""
 
 LIMIT = 1e-3
@@ -43,7 +47,8 @@ tolerance="1e-15"/><worldbody>
 </worldbody><equality><joint joint1="high" joint2="low" polycoef="0 -1 0 0 0" solref="0.001 1"
 solimp="0.9999 0.9999 0.001 0.5 2"/></equality>
 <actuator><motor name="hit" site="s" gear="1 0 0 0 0 0"/></actuator>
-<sensor><accelerometer name="acc" site="s"/><jointpos name="angle" joint="low"/></sensor></mujoco>"""
+<sensor><accelerometer name="acc" site="s"/><jointpos name="angle" joint="low"/></sensor>
+</mujoco>"""
 
 
 @dataclass(frozen=True)
@@ -56,10 +61,12 @@ class Line:
 
     @property
     def worst(self) -> float:
+        """Largest difference of any channel over its RMS."""
         return self.check.differences[self.channel]
 
     @property
     def channel(self) -> str:
+        """Where that is."""
         return max(self.check.differences, key=lambda name: self.check.differences[name])
 
 
@@ -82,57 +89,49 @@ def models() -> dict[str, tuple[Twin, bool]]:
     }
 
 
-def line(name: str, twin: Twin, shaken: bool) -> Line:
-    """Compare one model."""
+def line(name: str, twin: Twin, shaken: bool, reach: float = GENTLE) -> Line:
+    """Compare one model at a largest displacement."""
     names = names_in(twin.compile())
     bare = twin.linear((), ())
     inputs = [f"acc_ground.{axis}" for axis in bare.base if axis != "z"] if shaken else []
     inputs = inputs or [n for n in names["actuator"] if np.any(twin.linear((n,), ()).B)]
-    outputs = [n for n in sensor_columns(twin.compile()) if n not in names["sensor"] or _one(twin, n)]
+    columns = sensor_columns(twin.compile())
+    outputs = [n for n in columns if f"{n}.x" not in columns]
     model = twin.linear(inputs, outputs)
     size = np.linalg.norm(np.hstack([model.Cd, model.Cv, model.Ca, model.Cu]), axis=1)
     outputs = [n for n, s in zip(outputs, size, strict=True) if s > 1e-6 * size.max()]
-    rng = np.random.default_rng(1)
-    u = rng.standard_normal((SAMPLES, len(inputs)))
-    u *= ROTATION / _reach(twin, inputs, u)
+    u = np.random.default_rng(1).standard_normal((SAMPLES, len(inputs)))
+    u *= reach / _largest(model, u)
     check = self_check(twin, dict(zip(inputs, u.T, strict=True)), outputs, RATE_HZ)
     return Line(name, len(model.coordinates), check)
 
 
-def _one(twin: Twin, name: str) -> bool:
-    return f"{name}.x" not in sensor_columns(twin.compile())
-
-
-def _reach(twin: Twin, inputs: list[str], u: np.ndarray) -> float:
-    """Return the largest displacement of a port for inputs u."""
-    from dataclasses import replace
-
-    from twin.model.free_run import free_run
-
-    model = twin.linear(inputs, ())
-    rows = np.array([p.row for p in model.ports.values()])
-    zero = np.zeros_like(rows)
+def _largest(model: LinearModel, u: np.ndarray) -> float:
+    """Return the largest displacement of any port for inputs u [m, rad]."""
+    rows = np.array([port.row for port in model.ports.values()])
+    zero, direct = np.zeros_like(rows), np.zeros((len(rows), len(model.inputs)))
     seen = replace(
         model,
         outputs=tuple(model.ports),
-        Cd=rows,
-        Cv=zero,
-        Ca=zero,
-        Cu=np.zeros((len(rows), len(inputs))),
-        rest=np.zeros(len(rows)),
+        **{"Cd": rows, "Cv": zero, "Ca": zero, "Cu": direct, "rest": np.zeros(len(rows))},
     )
     return float(np.max(np.abs(free_run(seen, u, RATE_HZ))))
 
 
 def main() -> None:
-    lines = [line(name, *which) for name, which in models().items()]
-    print(f"{'model':20} freedoms  worst difference  at")
-    for one in lines:
-        print(f"{one.name:20} {one.freedoms:8} {100 * one.worst:15.5f} %  {one.channel}  {one.check.cause}")
-    worst = max(lines, key=lambda one: one.worst)
+    print(f"{'model':20} freedoms  gentle [%]  at                 strong [%]  at")
+    gentle = []
+    for name, (twin, shaken) in models().items():
+        first, second = (line(name, twin, shaken, reach) for reach in (GENTLE, STRONG))
+        print(
+            f"{name:20} {first.freedoms:8} {100 * first.worst:11.5f}  {first.channel:18}"
+            f"{100 * second.worst:11.5f}  {second.channel}"
+        )
+        gentle.append(first)
+    worst = max(gentle, key=lambda one: one.worst)
     print(f"\nworst: {worst.name}, {100 * worst.worst:.4f} % of RMS at {worst.channel}")
     if worst.worst > LIMIT:
-        raise SystemExit(f"above {100 * LIMIT:g} %")
+        raise SystemExit(f"above {100 * LIMIT:g} %: {worst.check.cause}")
 
 
 if __name__ == "__main__":
