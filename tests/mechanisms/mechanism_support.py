@@ -14,30 +14,17 @@ def push(samples=SAMPLES, seed=0):
     return 0.4 * sum(np.sin(2 * np.pi * f * t + p) - np.sin(p) for f, p in tones)
 
 
-def directions(model, law):
-    """b with drift = b^T x."""
-    b = np.zeros(len(model.M))
-    if law.place in model.coordinates:
-        b[model.coordinates.index(law.place)] = 1
-        return b
-    kind, number = law.place.rstrip("0123456789"), int(law.place.lstrip("storeyfl"))
-    b[number - 1] = 1
-    if kind == "storey" and number > 1:
-        b[number - 2] = -1
-    return b
-
-
 def integrate(model, forces, law=None, fine=4):
-    """Displacements and accelerations of M x'' + R x' + K x + b f = u, u linear in between.
+    """Displacements and accelerations of M q'' + R q' + K q + p f = u, u linear in between.
 
     Args:
-        model: M, R, K; forces: (samples, n); law: at a storey or a floor; fine: steps a sample.
+        model: M, R, K and ports; forces on q: (samples, n); law: at a port p; fine: steps a sample.
     """
     n, dt = len(model.M), 1 / (RATE * fine)
     inverse = np.linalg.inv(model.M)
     A = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ model.K, -inverse @ model.R]])
     B = np.vstack([np.zeros((n, n)), inverse])
-    b = np.zeros(n) if law is None else directions(model, law)
+    b = np.zeros(n) if law is None else model.port(law.place)
     kick = B @ b
 
     def slope(state, u, time, memory, before):
@@ -70,6 +57,14 @@ def integrate(model, forces, law=None, fine=4):
         if law is not None and law.memory:
             memory = law.remember(memory, before, b @ state[:n])
     return np.array(states)[:, :n], np.array(rates)[:, n:]
+
+
+def readings(model, inputs, law=None, fine=4):
+    """Outputs of a LinearModel with a law at a port: the mean of what it is at rest left out."""
+    forces = inputs @ model.B.T
+    q, acceleration = integrate(model, forces, law, fine)
+    speed = np.gradient(q, 1 / RATE, axis=0) if np.any(model.Cv) else 0 * q
+    return q @ model.Cd.T + speed @ model.Cv.T + acceleration @ model.Ca.T + inputs @ model.Cu.T
 
 
 def error(found, true):

@@ -57,6 +57,10 @@ def make(name, place, *values):
     return ALL[name](place, *values)
 
 
+UNNAMED = ALL["restoring_force"]("storey2").with_values(
+    {"square": 0.2, "cube": -0.3, "innermost": 0.2, "near": 0.1, "far": -0.1, "inner_left": 0.3}
+    | {"middle_left": 0.4, "viscous": 0.02, "drag": 0.01, "linear": 0.1}
+)
 CHANGES = [
     make("stiffness", "storey2", -50.0),
     make("damping", "storey1", 0.5),
@@ -75,6 +79,7 @@ LAWS = [
     (make("bumper", "storey2", 2000.0, -0.002), 5e-5, 5e-4),
     (make("clearance", "storey2", 300.0, 0.001, 300.0), 1e-5, 1e-4),
     (make("clearance", "storey1", 300.0, 0.001, 0.0), 1e-5, 1e-4),
+    (UNNAMED, 1e-5, 1e-3),
     (make("coulomb_friction", "storey2", 0.1, 1e-5), 1e-3, 0.03),
     (make("hysteresis", "storey1", 300.0, 0.5, 20.0, 300.0), 0.03, 0.05),
     (make("hysteresis", "storey1", 300.0, 0.5, 2.0, 300.0), 0.1, 0.12),

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from twin.errors import ModelError, available
 from twin.mechanisms.edits import add_slide, fixed_mass, set_mass
+from twin.mechanisms.rest import free_name
 from twin.model.port import AXES, GROUND
 
 Array = NDArray[np.float64]
@@ -75,6 +76,10 @@ def free_base(spec: mujoco.MjSpec, mass: float, axis: Array, name: str) -> Any:
         # what stands in the world moves by itself: the base's mass is that of the slide alone
         slide = add_slide(spec, body, name, axis)
         slide.armature = mass
+        if not body.bodies:
+            # MuJoCo takes the slides of a body without children for perpendicular ones
+            taken = {other.name for other in spec.bodies}
+            body.add_body(name=free_name(f"{body.name}_{name}", taken))
         return slide
     if held is not None and not held.armature:
         if spec.equality("clamp") is None:

@@ -7,17 +7,14 @@ motion "A-B" of two of them.
 
 from __future__ import annotations
 
-import copy
 from dataclasses import dataclass
-from typing import Any
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import null_space
 
 from twin.errors import ModelError, available
-from twin.linearise import equilibrium
+from twin.model.rest import Reduced, settle
 
 Array = NDArray[np.float64]
 
@@ -54,6 +51,11 @@ class Rest:
     """A compiled copy of a model at its static equilibrium; nothing is changed but names.
 
     Joints without a name are given one: a tendon needs it.
+
+    Attributes:
+        model: the copy.
+        data: its state at rest.
+        freedoms: what the equality constraints leave free, (nv, n).
     """
 
     def __init__(self, spec: mujoco.MjSpec) -> None:
@@ -66,9 +68,10 @@ class Rest:
             self.model = spec.copy().compile()
         except ValueError as error:
             raise ModelError(f"does not compile: {error}") from None
-        self.data = mujoco.MjData(self.model)
-        self.data.qpos[:] = equilibrium(self.model)
-        mujoco.mj_forward(self.model, self.data)
+        reduced = Reduced(self.model)
+        settle(reduced)
+        reduced.at_rest()
+        self.data, self.freedoms = reduced.data, reduced.basis
 
     def row(self, name: str) -> tuple[Array, str]:
         """Return the port's row on the joint velocities, (nv,), and its unit.
@@ -79,9 +82,9 @@ class Rest:
         found = self._element(name)
         if found is not None:
             return found
-        for cut, letter in enumerate(name):
+        for cut in (at for at, letter in enumerate(name) if letter == "-"):
             first, second = self._element(name[:cut]), self._element(name[cut + 1 :])
-            if letter == "-" and first is not None and second is not None:
+            if first is not None and second is not None:
                 if first[1] != second[1]:
                     raise ModelError(f"{name}: the one is in {first[1]}, the other in {second[1]}")
                 return first[0] - second[0], first[1]
@@ -103,7 +106,7 @@ class Rest:
         jacobian = self._jacobian(name)
         if jacobian is None:
             return []
-        free = jacobian[:3] @ self._freedoms()
+        free = jacobian[:3] @ self.freedoms
         size = np.linalg.norm(free, axis=1) if free.size else np.zeros(3)
         moves = size > 1e-6 * max(float(size.max()), 1e-9)
         return [f"{name}.{axis}" for axis, is_so in zip(TRANSLATIONS, moves, strict=True) if is_so]
@@ -194,15 +197,6 @@ class Rest:
             return None
         return jacobian
 
-    def _freedoms(self) -> Array:
-        """Return what the equality constraints leave free, (nv, n)."""
-        model, data = copied_dense(self.model), mujoco.MjData(self.model)
-        data.qpos[:] = self.data.qpos
-        mujoco.mj_forward(model, data)
-        rows = np.flatnonzero(data.efc_type[: data.nefc] == mujoco.mjtConstraint.mjCNSTR_EQUALITY)
-        J = np.array(data.efc_J[: data.nefc * model.nv]).reshape(data.nefc, model.nv)[rows]
-        return np.asarray(null_space(J)) if len(J) else np.eye(model.nv)
-
     def _subtree(self, root: int) -> tuple[int, ...]:
         model, inside = self.model, {root}
         for body in range(root + 1, model.nbody):
@@ -221,13 +215,6 @@ class Rest:
         first = min(int(model.jnt_bodyid[model.joint(name).id]) for name in terms)
         above = float(data.xpos[model.jnt_bodyid[last], 2])
         return above - float(data.xpos[model.body_parentid[first], 2])
-
-
-def copied_dense(model: mujoco.MjModel) -> Any:
-    """Return a copy of a model whose constraint Jacobian is not sparse."""
-    dense = copy.copy(model)
-    dense.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
-    return dense
 
 
 def free_name(wanted: str, taken: set[str]) -> str:

@@ -48,16 +48,16 @@ def law(
     x = drift / reach
     v = rate / speed
     force = linear * x + square * x * x + cube * x * x * x
-    force = force + innermost * np.maximum(x - 0.04, 0.0) / 0.96
-    force = force + inner * np.maximum(x - 0.1, 0.0) / 0.9
-    force = force + near * np.maximum(x - 0.2, 0.0) / 0.8
-    force = force + middle * np.maximum(x - 0.45, 0.0) / 0.55
-    force = force + far * np.maximum(x - 0.7, 0.0) / 0.3
-    force = force + innermost_left * np.minimum(x + 0.04, 0.0) / 0.96
-    force = force + inner_left * np.minimum(x + 0.1, 0.0) / 0.9
-    force = force + near_left * np.minimum(x + 0.2, 0.0) / 0.8
-    force = force + middle_left * np.minimum(x + 0.45, 0.0) / 0.55
-    force = force + far_left * np.minimum(x + 0.7, 0.0) / 0.3
+    force = force + innermost * np.maximum(x - KNOTS[0], 0.0) / (1 - KNOTS[0])
+    force = force + inner * np.maximum(x - KNOTS[1], 0.0) / (1 - KNOTS[1])
+    force = force + near * np.maximum(x - KNOTS[2], 0.0) / (1 - KNOTS[2])
+    force = force + middle * np.maximum(x - KNOTS[3], 0.0) / (1 - KNOTS[3])
+    force = force + far * np.maximum(x - KNOTS[4], 0.0) / (1 - KNOTS[4])
+    force = force + innermost_left * np.minimum(x + KNOTS[0], 0.0) / (1 - KNOTS[0])
+    force = force + inner_left * np.minimum(x + KNOTS[1], 0.0) / (1 - KNOTS[1])
+    force = force + near_left * np.minimum(x + KNOTS[2], 0.0) / (1 - KNOTS[2])
+    force = force + middle_left * np.minimum(x + KNOTS[3], 0.0) / (1 - KNOTS[3])
+    force = force + far_left * np.minimum(x + KNOTS[4], 0.0) / (1 - KNOTS[4])
     return force + viscous * v + drag * v * np.abs(v)
 
 

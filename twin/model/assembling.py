@@ -55,7 +55,8 @@ def linear_model(
     stiffness, shapes = linalg.eigh((K + K.T) / 2, M)
     stiffness[np.abs(stiffness) < 1e-12 * np.max(np.abs(stiffness), initial=0.0)] = 0.0
     reduced.at_rest()
-    ports, bodies = ports_of(reduced, shapes), bodies_of(reduced, shapes)
+    ports = ports_of(reduced, shapes)
+    bodies, sites = bodies_of(reduced, shapes)
     sensed = readings(reduced, outputs)
     reduced.at_rest()
     still = np.sqrt(sum(body.mass for body in bodies.values())) * STILL
@@ -96,6 +97,7 @@ def linear_model(
         Cu=Cu,
         ports=ports,
         bodies=bodies,
+        sites=sites,
         base=base,
         rest=sensed.rest,
         coordinates=coordinates,

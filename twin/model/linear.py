@@ -9,7 +9,7 @@ a force f enters along it. Nothing here knows what a name means.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -51,6 +51,7 @@ class LinearModel:
         Cu: outputs for unit inputs directly, (m, r).
         ports: name -> port.
         bodies: name -> body that moves ("body 3" where it has no name).
+        sites: name -> site that moves, a body without mass.
         base: axis that the structure can be shaken along ("x") -> how it couples.
         rest: outputs at rest, (m,) (gravity in an accelerometer along z).
         coordinates: names of q.
@@ -74,6 +75,7 @@ class LinearModel:
     rest: Array
     coordinates: tuple[str, ...]
     left_out: float = 0.0
+    sites: Mapping[str, Body] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         n, r, m = len(self.coordinates), len(self.inputs), len(self.outputs)
@@ -202,11 +204,10 @@ class LinearModel:
             key: replace(port, row=port.row + port.base[at] * own)
             for key, port in grown.ports.items()
         }
-        bodies = {}
-        for key, body in grown.bodies.items():
-            moved = np.array(body.translation)
-            moved[at, n] = 1.0
-            bodies[key] = replace(body, translation=moved)
+        bodies, sites = (
+            {key: replace(body, translation=_along(body.translation, at)) for key, body in kind}
+            for kind in (grown.bodies.items(), grown.sites.items())
+        )
         ports[name] = Port(name, "motion", own, "m", "base", np.eye(3)[at])
         bases = dict(grown.base)
         bases[axis] = replace(
@@ -218,12 +219,13 @@ class LinearModel:
             "Ca": np.column_stack([self.Ca, base.acc]),
         }
         B = np.vstack([self.B, base.push])
-        grown = replace(grown, B=B, ports=ports, bodies=bodies, base=bases, **outputs)
+        grown = replace(grown, B=B, ports=ports, bodies=bodies, sites=sites, base=bases, **outputs)
         grown = grown._shaken(total * own, np.eye(3)[at])
         return grown.adding(M=coupling).adding(R=damping, K=stiffness, along=own)
 
     def _grown(self, name: str) -> LinearModel:
         """Return the model with one more coordinate that nothing holds, moves or sees yet."""
+        T = np.eye(len(self.coordinates), len(self.coordinates) + 1)
 
         def wide(matrix: Array) -> Array:
             return np.pad(matrix, [(0, 0)] * (matrix.ndim - 1) + [(0, 1)])
@@ -237,10 +239,8 @@ class LinearModel:
             **matrices,
             B=np.pad(self.B, ((0, 1), (0, 0))),
             ports={key: replace(p, row=wide(p.row)) for key, p in self.ports.items()},
-            bodies={
-                key: Body(b.mass, wide(b.translation), wide(b.rotation))
-                for key, b in self.bodies.items()
-            },
+            bodies={key: body.within(T) for key, body in self.bodies.items()},
+            sites={key: site.within(T) for key, site in self.sites.items()},
             base={key: replace(b, row=wide(b.row)) for key, b in self.base.items()},
             coordinates=(*self.coordinates, name),
         )
@@ -263,10 +263,8 @@ class LinearModel:
             **matrices,
             B=T.T @ self.B,
             ports={key: replace(p, row=p.row @ T) for key, p in self.ports.items()},
-            bodies={
-                key: Body(b.mass, b.translation @ T, b.rotation @ T)
-                for key, b in self.bodies.items()
-            },
+            bodies={key: body.within(T) for key, body in self.bodies.items()},
+            sites={key: site.within(T) for key, site in self.sites.items()},
             base={key: replace(b, row=b.row @ T) for key, b in self.base.items()},
             coordinates=tuple(f"q{k + 1}" for k in range(T.shape[1])),
             left_out=left_out,
@@ -280,3 +278,10 @@ class LinearModel:
         A = np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), lower])
         C = np.hstack([self.Cd, self.Cv]) + self.Ca @ lower
         return StateSpace(A, np.vstack([0 * entry, entry]), C, self.Cu + self.Ca @ entry, None)
+
+
+def _along(translation: Array, axis: int) -> Array:
+    """Return translations that follow the last coordinate along an axis."""
+    moved = np.array(translation)
+    moved[axis, -1] = 1.0
+    return moved

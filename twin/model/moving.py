@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from twin.model.port import AXES, Body, Port
-from twin.model.rest import Reduced
+from twin.model.rest import Reduced, derivative
 
 Array = NDArray[np.float64]
+_Jacobian = Callable[[mujoco.MjData], tuple[Array, Array]]
 _OBJ, _JOINT = mujoco.mjtObj, mujoco.mjtJoint
 
 STILL = 1e-6
@@ -61,21 +63,70 @@ def ports_of(reduced: Reduced, shapes: Array) -> dict[str, Port]:
     return found
 
 
-def bodies_of(reduced: Reduced, shapes: Array) -> dict[str, Body]:
-    """Return the bodies that move, by name ("body 3" for the third where it has none)."""
-    model, data = reduced.model, reduced.data
+def bodies_of(reduced: Reduced, shapes: Array) -> tuple[dict[str, Body], dict[str, Body]]:
+    """Return the bodies and the named sites that move; "body 3" is the third where it has no name.
+
+    Args:
+        reduced: the model at its equilibrium, where it is afterwards, too.
+        shapes: coordinates of the freedoms that the rows are wanted in, (freedoms, n).
+    """
+    model, n = reduced.model, reduced.basis.shape[1]
     basis = reduced.basis @ shapes
     largest = float(np.max(np.abs(basis), initial=0.0))
-    found = {}
-    for index in range(1, model.nbody):
-        translation, rotation = np.zeros((3, model.nv)), np.zeros((3, model.nv))
-        mujoco.mj_jacBodyCom(model, data, translation, rotation, index)
-        translation, rotation = translation @ basis, rotation @ basis
+    points = dict(_points(model))
+
+    def heights(y: Array) -> Array:
+        """Return what gravity pushes a kilogram at each point with along the freedoms."""
+        freedoms = reduced.displaced(y)
+        rows = [model.opt.gravity @ at(reduced.data)[0] @ freedoms for at, _ in points.values()]
+        return np.array(rows).ravel()
+
+    weights = np.zeros((len(points), n, n))
+    if points and np.any(model.opt.gravity):
+        weights = -derivative(heights, n).reshape(len(points), n, n)
+        reduced.at_rest()
+    found: tuple[dict[str, Body], dict[str, Body]] = ({}, {})
+    for ((kind, name), (at, mass)), weight in zip(points.items(), weights, strict=True):
+        translation, rotation = (jacobian @ basis for jacobian in at(reduced.data))
         moves = max(np.max(np.abs(translation)), np.max(np.abs(rotation)))
-        if moves > STILL * largest and model.body_mass[index] > 0:
-            name = mujoco.mj_id2name(model, _OBJ.mjOBJ_BODY, index) or f"body {index}"
-            found[name] = Body(float(model.body_mass[index]), translation, rotation)
+        if moves > STILL * largest:
+            weight = shapes.T @ (weight + weight.T) @ shapes / 2
+            found[kind == "site"][name] = Body(mass, translation, rotation, weight)
     return found
+
+
+def _points(model: mujoco.MjModel) -> Iterator[tuple[tuple[str, str], tuple[_Jacobian, float]]]:
+    """Yield the centre of every body with mass and every named site: its Jacobian and its mass."""
+
+    def of(function: Any, index: int) -> _Jacobian:
+        def jacobian(data: mujoco.MjData) -> tuple[Array, Array]:
+            translation, rotation = np.zeros((3, model.nv)), np.zeros((3, model.nv))
+            function(model, data, translation, rotation, index)
+            return translation, rotation
+
+        return jacobian
+
+    for index in range(1, model.nbody):
+        if model.body_mass[index] > 0:
+            key = ("body", body_name(model, index))
+            yield key, (of(mujoco.mj_jacBodyCom, index), float(model.body_mass[index]))
+    for index in range(model.nsite):
+        if name := mujoco.mj_id2name(model, _OBJ.mjOBJ_SITE, index):
+            yield ("site", name), (of(mujoco.mj_jacSite, index), 0.0)
+
+
+def body_name(model: mujoco.MjModel, index: int) -> str:
+    """Return the name of a body, "body 3" for the third where it has none."""
+    return mujoco.mj_id2name(model, _OBJ.mjOBJ_BODY, index) or f"body {index}"
+
+
+def _carried(model: mujoco.MjModel, joints: Iterable[int]) -> tuple[str, ...]:
+    """Return the bodies with mass that hang on the last of some joints."""
+    inside = {int(model.jnt_bodyid[max(joints)])}
+    for body in range(min(inside) + 1, model.nbody):
+        if int(model.body_parentid[body]) in inside:
+            inside.add(body)
+    return tuple(body_name(model, i) for i in sorted(inside) if model.body_mass[i] > 0)
 
 
 def _joints(model: mujoco.MjModel, basis: Array) -> Iterator[Port]:
@@ -84,10 +135,11 @@ def _joints(model: mujoco.MjModel, basis: Array) -> Iterator[Port]:
         kind, at = model.jnt_type[index], int(model.jnt_dofadr[index])
         if not name:
             continue
+        carries = _carried(model, [index])
         if kind == _JOINT.mjJNT_SLIDE:
-            yield Port(name, "drift", basis[at], "m", f"joint {name}")
+            yield Port(name, "drift", basis[at], "m", f"joint {name}", carries=carries)
         elif kind == _JOINT.mjJNT_HINGE:
-            yield Port(name, "drift", basis[at], "rad", f"joint {name}")
+            yield Port(name, "drift", basis[at], "rad", f"joint {name}", carries=carries)
         elif kind == _JOINT.mjJNT_BALL:
             for k, axis in enumerate(AXES):
                 yield Port(f"{name}.r{axis}", "drift", basis[at + k], "rad", f"joint {name}")
@@ -97,8 +149,11 @@ def _tendons(model: mujoco.MjModel, data: mujoco.MjData, basis: Array) -> Iterat
     for index in range(model.ntendon):
         name = mujoco.mj_id2name(model, _OBJ.mjOBJ_TENDON, index)
         if name:
-            row = tendon_row(model, data, index) @ basis
-            yield Port(name, "drift", row, tendon_unit(model, index), f"tendon {name}")
+            row = tendon_row(model, data, index)
+            moved = [int(model.dof_jntid[dof]) for dof in np.flatnonzero(row)]
+            carries = _carried(model, moved) if moved else ()
+            unit, element = tendon_unit(model, index), f"tendon {name}"
+            yield Port(name, "drift", row @ basis, unit, element, carries=carries)
 
 
 def tendon_row(model: mujoco.MjModel, data: mujoco.MjData, index: int) -> Array:

@@ -51,21 +51,28 @@ class Port:
 
 @dataclass(frozen=True)
 class Body:
-    """A rigid body that moves.
+    """A rigid body that moves, or a site of one, whose mass is nothing.
 
     Attributes:
         mass: [kg].
         translation: motion of its centre of mass along x, y, z for unit q [m], (3, n).
         rotation: rotation about x, y, z for unit q [rad], (3, n).
+        weight: stiffness that gravity gives a kilogram there [N/m per kg], (n, n).
     """
 
     mass: float
     translation: Array
     rotation: Array
+    weight: Array
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "translation", frozen(self.translation, float))
-        object.__setattr__(self, "rotation", frozen(self.rotation, float))
+        for name in ("translation", "rotation", "weight"):
+            object.__setattr__(self, name, frozen(getattr(self, name), float))
+
+    def within(self, T: Array) -> Body:
+        """Return the body for motions q = T z, T (n, k)."""
+        weight = T.T @ self.weight @ T
+        return Body(self.mass, self.translation @ T, self.rotation @ T, weight)
 
 
 @dataclass(frozen=True)

@@ -83,12 +83,15 @@ class Reduced:
 
     def force(self, y: Array) -> Array:
         """Force along the freedoms at rest, displaced by y from ``qpos``, (n,)."""
+        return self.displaced(y).T @ self._applied()
+
+    def displaced(self, y: Array) -> Array:
+        """Displace ``data`` by y from ``qpos``, at rest; return the freedoms there, (nv, n)."""
         self._evaluate(self._closed(self.moved(self.qpos, self.basis @ y)))
         J, _ = self._constraints()
-        basis = self.basis
-        if len(J):
-            basis = basis - np.linalg.lstsq(J, J @ basis, rcond=None)[0]
-        return basis.T @ self._applied()
+        if not len(J):
+            return self.basis
+        return np.asarray(self.basis - np.linalg.lstsq(J, J @ self.basis, rcond=None)[0])
 
     def force_at_speed(self, speed: Array) -> Array:
         """Force along the freedoms at the equilibrium, moving with the given speed, (n,)."""
