@@ -51,7 +51,7 @@ def reference(experiment, frame, finer=8):
     _, acceleration, _ = signal.dlsim(signal.dlti(*exact, dt=step), force[:, None])
     places = rig.second_order().coordinates
     columns = {f"acc_{place}": acceleration[:, i] for i, place in enumerate(places)}
-    columns[experiment.input] = force
+    columns[experiment.inputs(frame)[0]] = force
     rate = base.rate_hz * finer
     reach = round(0.5 * rate)
     window = ("kaiser", signal.kaiser_beta(104.0))
@@ -80,7 +80,7 @@ def test_the_whole_chain_agrees_with_an_exact_solution_on_a_finer_grid(frame, ex
     expected = reference(experiment, frame)
     assert set(recording.names) == set(expected)
     # What straight lines leave above half the physics rate aliases only where the force acts.
-    worst = {experiment.input: 1e-5, f"acc_{at}": 2e-4}
+    worst = {experiment.inputs(frame)[0]: 1e-5, f"acc_{at}": 2e-4}
     for name in recording.names:
         assert error(recording.column(name), expected[name]) < worst.get(name, 1e-5), name
 

@@ -25,7 +25,7 @@ DEFAULT_FOLDER = Path("twin-out")
 
 
 def instruments(
-    measured_input: str,
+    ground: Sequence[str],
     noise: float,
     input_noise: float,
     range_: float | None,
@@ -37,7 +37,7 @@ def instruments(
     """Return the instruments of a test by channel or kind, from the options.
 
     Args:
-        measured_input: "force", or "acc_ground" on a shake table: what ``input_noise`` is for.
+        ground: the channels of a shake table, which ``input_noise`` is then for.
         noise: of responses, fraction of their RMS.
         input_noise: of the input, fraction of its RMS.
         range_: of accelerometers [m/s^2], or None.
@@ -51,12 +51,12 @@ def instruments(
     chosen = {
         "acc": accelerometer,
         "force": Instrument(full_scale=input_range, bits=bits, noise_fraction=input_noise),
+        "torque": Instrument(full_scale=input_range, bits=bits, noise_fraction=input_noise),
         "disp": Instrument(bits=bits, noise_fraction=noise),
         "angle": Instrument(full_scale=encoder.full_scale, bits=encoder.bits, noise_fraction=noise),
     }
-    if measured_input == "acc_ground":
-        chosen["acc_ground"] = Instrument(bandwidth, piezo_corner, range_, bits, input_noise)
-    return chosen
+    table = Instrument(bandwidth, piezo_corner, range_, bits, input_noise)
+    return {**chosen, **dict.fromkeys(ground, table)}
 
 
 def loaded(twin: Twin, added_mass: Sequence[str] | None) -> Twin:
@@ -88,10 +88,12 @@ class LaboratoryRun:
     @property
     def stem(self) -> str:
         """Start of the file names: "hammer_floor1", "random_ground", "earthquake"."""
-        kind = self.experiment.excitation.kind
-        return (
-            kind if self.experiment.excitation.moves_the_ground else f"{kind}_{self.experiment.at}"
-        )
+        test = self.experiment
+        if test.ground:
+            return f"{test.excitation.kind}_ground_{'+'.join(test.ground)}"
+        if test.excitation.moves_the_ground:
+            return test.excitation.kind
+        return f"{test.excitation.kind}_{'+'.join(test.places)}"
 
     def carry_out(self, out: Path | None, json_target: str | None) -> None:
         """Run, write the recordings as CSV, print a table and, where asked for, JSON."""
@@ -138,7 +140,8 @@ class LaboratoryRun:
     def _result(self, recordings: list[Recording], paths: list[Path]) -> dict[str, Any]:
         return {
             "kind": self.experiment.excitation.kind,
-            "input": self.experiment.input,
+            "input": recordings[0].inputs[0],
+            "inputs": list(recordings[0].inputs),
             "model": self.twin.source,
             "sampling_hz": recordings[0].sampling_hz,
             "samples": recordings[0].samples,

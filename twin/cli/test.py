@@ -8,81 +8,33 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from twin.cli.common import Json, Out, Seed
+from twin.cli.laboratory_options import (
+    HAMMER_HELP,
+    SHAKER_HELP,
+    AddedMass,
+    Bandwidth,
+    Bits,
+    Channels,
+    CutOff,
+    Duration,
+    InputNoise,
+    InputRange,
+    Model,
+    Noise,
+    PhysicsRate,
+    PiezoCorner,
+    Range,
+    Rate,
+    Repeat,
+    Sensors,
+    Structure,
+)
 
 if TYPE_CHECKING:
-    from twin.laboratory import Analyser, Excitation
+    from twin.laboratory import Analyser, Excitation, Experiment
     from twin.model import Twin
 
-HAMMER_HELP = """Hit a floor with an instrumented hammer and record force and accelerations.
-
-The defaults are the paper's test: first floor, 32 Hz, 32 s, anti-alias cut-off 16 Hz.
-
-Example: `twin test hammer --floor 1 --noise 0.01 --repeat 3 --out hits --seed 0`
-"""
-
-SHAKER_HELP = """Shake the ground or a floor and record force and accelerations.
-
-On the ground the base plate is unbolted and slides on its suspension; the shaker pushes it through
-an ideal stinger (stiff, without mass) with a load cell. An earthquake moves the ground itself: the
-recording then has acc_ground and no force.
-
-Example: `twin test shaker --at ground --kind multisine --band 0.5 12 --level 0.2 --periods 4
---duration 128 --out shaken`
-"""
-
 KINDS = ("random", "multisine", "sweep", "earthquake")
-
-Model = Annotated[
-    str, typer.Option("--model", metavar="MODEL", help="MJCF file, or a model that is shipped.")
-]
-Rate = Annotated[float, typer.Option("--rate", help="Sampling rate [Hz].")]
-Duration = Annotated[float, typer.Option("--duration", help="Length of the record [s].")]
-CutOff = Annotated[
-    float | None,
-    typer.Option("--cut-off", help="Anti-alias cut-off, -6 dB [Hz]; default half the rate."),
-]
-PhysicsRate = Annotated[
-    float | None,
-    typer.Option("--physics-rate", help="Rate of the simulation [Hz], a multiple of --rate."),
-]
-Channels = Annotated[
-    str | None,
-    typer.Option(
-        "--channels",
-        metavar="NAMES",
-        help="What to record, with commas: force_floor1,acc_floor2,disp_floor1. Default: the "
-        "input, all accelerations and the pendulum's angle.",
-    ),
-]
-Noise = Annotated[
-    float, typer.Option("--noise", help="Noise of every response, as a fraction of its RMS.")
-]
-InputNoise = Annotated[
-    float,
-    typer.Option("--input-noise", help="Noise of the measured input, as a fraction of its RMS."),
-]
-Range = Annotated[
-    float | None,
-    typer.Option("--range", help="Range of the accelerometers, +- [m/s^2]; default automatic."),
-]
-InputRange = Annotated[
-    float | None,
-    typer.Option("--input-range", help="Range of the load cell, +- [N]; default automatic."),
-]
-Bits = Annotated[int, typer.Option("--bits", help="Bits of the converters over their range.")]
-Bandwidth = Annotated[
-    float | None,
-    typer.Option("--bandwidth", help="One-pole bandwidth of the accelerometers [Hz]."),
-]
-PiezoCorner = Annotated[
-    float | None,
-    typer.Option("--piezo-corner", help="High-pass corner of the accelerometers [Hz]."),
-]
-AddedMass = Annotated[
-    list[str] | None,
-    typer.Option("--added-mass", metavar="PLACE=KG", help="Mass bolted to a floor; repeat."),
-]
-Repeat = Annotated[int, typer.Option("--repeat", min=1, help="How many times to do the test.")]
 
 
 def register(app: typer.Typer) -> None:
@@ -94,8 +46,12 @@ def register(app: typer.Typer) -> None:
 
 
 def hammer(
+    structure: Structure = None,
     model: Model = "two_storey",
     floor: Annotated[int, typer.Option("--floor", help="Which floor to hit, from 1.")] = 1,
+    at: Annotated[
+        str | None, typer.Option("--at", metavar="ACTUATOR", help="Hit here; instead of --floor.")
+    ] = None,
     width: Annotated[float, typer.Option("--width", help="Duration of the contact [s].")] = 0.008,
     peak: Annotated[float, typer.Option("--peak", help="Largest force [N].")] = 20.0,
     delay: Annotated[float, typer.Option("--delay", help="Pre-trigger [s].")] = 0.5,
@@ -111,6 +67,7 @@ def hammer(
     cut_off: CutOff = None,
     physics_rate: PhysicsRate = None,
     channels: Channels = None,
+    sensor: Sensors = None,
     noise: Noise = 0.01,
     input_noise: InputNoise = 0.0,
     range_: Range = None,
@@ -131,28 +88,37 @@ def hammer(
 
     experiment = Experiment(
         Hammer(width, peak, delay, double, double_strength),
-        f"floor{floor}",
+        at or f"floor{floor}",
         Analyser(rate, duration, cut_off, physics_rate),
-        _names(channels),
-        instruments(
-            "force", noise, input_noise, range_, input_range, bits, bandwidth, piezo_corner
+        instruments=instruments(
+            (), noise, input_noise, range_, input_range, bits, bandwidth, piezo_corner
         ),
     )
-    LaboratoryRun(experiment, loaded(Twin.load(model), added_mass), seed, repeat).carry_out(
-        out, json
-    )
+    rig = loaded(Twin.load(structure or model), added_mass)
+    experiment = _recording(experiment, rig, channels, sensor)
+    LaboratoryRun(experiment, rig, seed, repeat).carry_out(out, json)
 
 
 def shaker(
+    structure: Structure = None,
     model: Model = "two_storey",
-    at: Annotated[str, typer.Option("--at", help="ground, floor1, floor2, ...")] = "ground",
+    at: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--at", help="ground (default), floor1, ..., or an actuator's name; repeat for more."
+        ),
+    ] = None,
+    ground: Annotated[
+        list[str] | None,
+        typer.Option("--ground", metavar="AXIS", help="Shake the ground along x, y; repeat."),
+    ] = None,
     kind: Annotated[str, typer.Option("--kind", help=", ".join(KINDS))] = "random",
     level: Annotated[
         float | None,
         typer.Option(
             "--level",
-            help="RMS force [N], default 0.1; of an earthquake the peak ground acceleration "
-            "[m/s^2], default as recorded.",
+            help="RMS force [N], default 0.1, with --ground RMS acceleration [m/s^2]; of an "
+            "earthquake the peak ground acceleration [m/s^2], default as recorded.",
         ),
     ] = None,
     band: Annotated[
@@ -190,6 +156,7 @@ def shaker(
     cut_off: CutOff = None,
     physics_rate: PhysicsRate = None,
     channels: Channels = None,
+    sensor: Sensors = None,
     noise: Noise = 0.01,
     input_noise: InputNoise = 0.0,
     range_: Range = None,
@@ -213,21 +180,50 @@ def shaker(
         duration = getattr(excitation, "duration_s", 32.0)
     analyser = Analyser(rate, duration, cut_off, physics_rate)
     _check_band(excitation, analyser)
-    rig = loaded(Twin.load(model), added_mass)
+    rig = loaded(Twin.load(structure or model), added_mass)
+    axes, places = tuple(ground or ()), _places(at, ground, rig)
+    shaken = tuple(f"acc_ground.{axis}" for axis in axes)
+    if excitation.moves_the_ground and not axes:
+        shaken = ("acc_ground",)
     if settle is None:
-        settle = _settling(excitation, rig, at)
-    measured = "acc_ground" if excitation.moves_the_ground else "force"
+        settle = _settling(excitation, rig, places)
     experiment = Experiment(
         excitation,
-        at,
+        places,
         analyser,
-        _names(channels),
-        instruments(
-            measured, noise, input_noise, range_, input_range, bits, bandwidth, piezo_corner
+        instruments=instruments(
+            shaken, noise, input_noise, range_, input_range, bits, bandwidth, piezo_corner
         ),
-        settle,
+        settle_s=settle,
+        ground=axes,
     )
+    experiment = _recording(experiment, rig, channels, sensor)
     LaboratoryRun(experiment, rig, seed, repeat).carry_out(out, json)
+
+
+def _places(at: list[str] | None, ground: list[str] | None, rig: Twin) -> tuple[str, ...]:
+    """Return where shakers act: the ground of a frame where nothing else is said."""
+    from twin.contract import names_in
+    from twin.errors import ExperimentError, available
+
+    if at and ground:
+        raise ExperimentError("--at and --ground: a test has shakers or a shaken ground, not both")
+    names = names_in(rig.compile())["actuator"]
+    if not at and not ground and names and "force_ground" not in names:
+        raise ExperimentError(f"{rig.source}: --at which actuator? There is {available(names)}")
+    return () if ground else tuple(at or ("ground",))
+
+
+def _recording(
+    experiment: Experiment, rig: Twin, channels: str | None, sensor: list[str] | None
+) -> Experiment:
+    """Return the experiment with what is to be recorded."""
+    from dataclasses import replace
+
+    names = _names(channels)
+    if sensor:
+        names = (*(names or experiment.inputs(rig)), *sensor)
+    return replace(experiment, channels=names)
 
 
 def _names(channels: str | None) -> tuple[str, ...] | None:
@@ -288,10 +284,10 @@ def _check_band(excitation: Excitation, analyser: Analyser) -> None:
         )
 
 
-def _settling(excitation: Excitation, rig: Twin, at: str) -> float:
+def _settling(excitation: Excitation, rig: Twin, at: tuple[str, ...]) -> float:
     """Return how long a periodic excitation has to run until the rig answers periodically [s]."""
     from twin.laboratory import settling_time
 
     if excitation.kind != "multisine":
         return 0.0
-    return settling_time(rig.released() if at == "ground" else rig)
+    return settling_time(rig.released() if "ground" in at else rig)

@@ -11,7 +11,8 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.channel import Channel, implied_kind
+from twin.channel import AXES, GROUND, Channel, bare, implied_kind
+from twin.contract import names_in
 from twin.errors import ExperimentError, available
 from twin.instruments import INSTRUMENT_OF, Instrument, Reading
 from twin.laboratory.analyser import Analyser, straight_lines
@@ -24,6 +25,12 @@ from twin.sensor_kinds import channel_kinds
 
 Array = NDArray[np.float64]
 
+STILL = 1e-9
+"""A sensor that varies by less than this share of the one that varies most is at rest."""
+
+PLATE = "ground"
+"""The base plate of a frame, whose bolts are undone for a shaker that pushes it."""
+
 LONGEST_SETTLING_S = 600.0
 """No shaker runs longer than this before the record begins, unless told to [s]."""
 
@@ -34,37 +41,81 @@ class Experiment:
 
     Attributes:
         excitation: hammer, shaker signal or ground motion.
-        at: where it acts: floorI, or ground. A shaker on the ground pushes it through a stinger:
-            the base plate is unbolted and slides on its suspension. The stinger is ideal (stiff
-            along its axis, without mass, soft across), so the load cell measures what enters the
-            ground. A ground motion acts at the ground whatever is said here.
+        at: where it acts: any actuator by its name, or of a frame floorI or ground; several for
+            one shaker each, with signals of their own. A shaker on the ground pushes it through a
+            stinger: the base plate is unbolted and slides on its suspension. The stinger is ideal
+            (stiff along its axis, without mass, soft across), so the load cell measures what
+            enters the ground.
         analyser: sampling, anti-alias filter and length of the record.
-        channels: what is recorded; None for the input, the acceleration of every floor, that of
-            the ground where it is free, and the pendulum's angle where there is one.
+        channels: what is recorded, sensors by name and axis; None for the inputs, every
+            acceleration that varies, and, of what has no accelerometer, every other sensor; the
+            pendulum's angle too, where there is one.
         instruments: by channel name or by kind (force, acc, disp, angle); the name wins. Others
             are ideal, with 24 bits.
         settle_s: time before the record during which a shaker that runs all the time runs
             already [s]. The rig is at rest before.
+        ground: axes ("x", "y") along which the ground is shaken, each with a signal of its own: a
+            shaker's level is then an acceleration [m/s^2]. A ground motion with no axis is along
+            x. Nothing acts at ``at`` then.
 
     Raises:
-        ExperimentError: a negative settling time.
+        ExperimentError: a negative settling time, no place or an unknown axis.
     """
 
     excitation: Excitation = field(default_factory=Hammer)
-    at: str = "floor1"
+    at: str | tuple[str, ...] = "floor1"
     analyser: Analyser = field(default_factory=Analyser)
     channels: tuple[str, ...] | None = None
     instruments: Mapping[str, Instrument] = field(default_factory=dict)
     settle_s: float = 0.0
+    ground: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         finite(self.settle_s, "the settling time", "s")
+        if not self.places and not self.shakes_the_ground:
+            raise ExperimentError("a test needs a place to act on")
+        doubled = [name for name in self.places if self.places.count(name) > 1]
+        if doubled:
+            raise ExperimentError(f"two shakers act on '{doubled[0]}'")
+        unknown = [axis for axis in self.ground if axis not in AXES]
+        if unknown:
+            raise ExperimentError(f"no axis '{unknown[0]}' of the ground; there are x, y, z")
         object.__setattr__(self, "instruments", MappingProxyType(dict(self.instruments)))
 
     @property
-    def input(self) -> str:
-        """The channel that measures what drives the rig."""
-        return "acc_ground" if self.excitation.moves_the_ground else f"force_{self.at}"
+    def places(self) -> tuple[str, ...]:
+        """Where it acts."""
+        return (self.at,) if isinstance(self.at, str) else tuple(self.at)
+
+    @property
+    def shakes_the_ground(self) -> bool:
+        """True where the ground's motion is prescribed and no force is measured."""
+        return self.excitation.moves_the_ground or bool(self.ground)
+
+    def inputs(self, twin: Twin) -> tuple[str, ...]:
+        """Return the channels that measure what drives a rig.
+
+        Raises:
+            ExperimentError: the rig has no such actuator; the message lists those it has.
+            ModelError: the ground is to be pushed and cannot slide.
+        """
+        if self.ground:
+            return tuple(f"{GROUND}.{axis}" for axis in self.ground)
+        if self.excitation.moves_the_ground:
+            return (GROUND,)
+        if PLATE in self.places:
+            twin.released()  # or it says that there are no bolts to undo
+        there = names_in(twin.compile())["actuator"]
+        found = []
+        for place in self.places:
+            name = next((n for n in (f"force_{place}", place) if n in there), None)
+            if name is None:
+                short = [n.removeprefix("force_") for n in there]
+                raise ExperimentError(
+                    f"{twin.source}: no '{place}' to act on; there is {available(short)}"
+                )
+            found.append(name)
+        return tuple(found)
 
     def instrument(self, channel: Channel) -> Instrument:
         """Return the instrument of a channel."""
@@ -125,20 +176,22 @@ def perform(
         ExperimentError: the rig has no such place or channel, or the excitation does not fit.
     """
     base = experiment.time_base()
-    rng = stream(seed, repetition, f"excitation {experiment.excitation.kind}")
-    history = experiment.excitation.history(base, rng)
-    truth, motion = _simulate(experiment, twin, base, history, progress)
+    inputs = experiment.inputs(twin)
+    histories = {}
+    for number, name in enumerate(inputs):
+        # the first signal is the same whatever else shakes
+        label = f"excitation {experiment.excitation.kind}" + (f" {name}" if number else "")
+        histories[name] = experiment.excitation.history(base, stream(seed, repetition, label))
+    motion = _simulate(experiment, twin, base, histories, progress)
     # response and input alike are what a continuous filter in front of the sampler would see
-    truth[experiment.input] = straight_lines(truth[experiment.input])
-    kinds = {experiment.input: _input_kind(experiment), **channel_kinds(motion.model)}
+    truth = {name: straight_lines(history) for name, history in histories.items()}
+    driven = {bare(name) for name in inputs}
+    truth |= {name: x for name, x in motion.columns.items() if bare(name) not in driven}
+    kinds = {**channel_kinds(motion.model), **dict.fromkeys(inputs, "acc")}
+    if not experiment.shakes_the_ground:
+        kinds = {**kinds, **channel_kinds(twin.compile())}
     channels = {name: Channel(name, implied_kind(name) or kinds[name]) for name in truth}
-    names = experiment.channels or _usual_channels(experiment, channels, truth)
-    for name in names:
-        if name not in truth:
-            raise ExperimentError(
-                f"{twin.source}: nothing measures '{name}' in this test; there is "
-                f"{available(sorted(truth))}"
-            )
+    names = _named(experiment.channels, truth, twin) or _usual_channels(inputs, channels, truth)
     for name in experiment.instruments:
         if name not in truth and name not in QUANTITIES and implied_kind(name) is None:
             raise ExperimentError(
@@ -180,35 +233,47 @@ def _simulate(
     experiment: Experiment,
     twin: Twin,
     base: TimeBase,
-    history: Array,
+    histories: Mapping[str, Array],
     progress: Callable[[float], None] | None,
-) -> tuple[dict[str, Array], Motion]:
-    """Return every channel there is at the physics rate, the input's among them, and the motion."""
-    if experiment.excitation.moves_the_ground:
-        motion = twin.simulate({}, base.rate_hz, base.samples, history, progress)
-        return {experiment.input: history, **motion.columns}, motion
-    places = ("ground", *twin.floors)
-    if experiment.at not in places:
-        raise ExperimentError(
-            f"{twin.source}: no '{experiment.at}' to act on; there is {available(places)}"
-        )
-    rig = twin.released() if experiment.at == "ground" else twin
-    forces = {experiment.input: history}
-    motion = rig.simulate(forces, base.rate_hz, base.samples, progress=progress)
-    return {**forces, **motion.columns}, motion
+) -> Motion:
+    """Return the motion of the rig at the physics rate."""
+    if experiment.shakes_the_ground:
+        axes = experiment.ground or ("x",)
+        shaken = dict(zip(axes, histories.values(), strict=True))
+        return twin.simulate({}, base.rate_hz, base.samples, shaken, progress)
+    rig = twin.released() if f"force_{PLATE}" in histories else twin
+    return rig.simulate(histories, base.rate_hz, base.samples, progress=progress)
 
 
-def _input_kind(experiment: Experiment) -> str:
-    return "acc" if experiment.excitation.moves_the_ground else "force"
+def _named(
+    wanted: tuple[str, ...] | None, truth: Mapping[str, Array], twin: Twin
+) -> tuple[str, ...]:
+    """Return the channels of these names; a bare name and the name with ".x" are one."""
+    there = {bare(name): name for name in truth}
+    for name in wanted or ():
+        if bare(name) not in there:
+            raise ExperimentError(
+                f"{twin.source}: nothing measures '{name}' in this test; there is "
+                f"{available(sorted(truth))}"
+            )
+    return tuple(dict.fromkeys(there[bare(name)] for name in wanted or ()))
 
 
 def _usual_channels(
-    experiment: Experiment, channels: Mapping[str, Channel], truth: Mapping[str, Array]
+    inputs: tuple[str, ...], channels: Mapping[str, Channel], truth: Mapping[str, Array]
 ) -> tuple[str, ...]:
-    """Return the input, the accelerations of what can move, and the pendulum's angle."""
-    moving = [name for name, x in truth.items() if channels[name].kind == "acc" and np.any(x)]
-    angle = ["angle_pendulum"] if "angle_pendulum" in truth else []
-    return tuple(dict.fromkeys([experiment.input, *moving, *angle]))
+    """Return the inputs, the accelerations that vary, and the pendulum's angle.
+
+    Where nothing measures an acceleration: all sensors that vary.
+    """
+    rest = [name for name in truth if name not in inputs]
+    swings = {name: float(np.ptp(truth[name])) for name in rest}
+    accelerations = [name for name in rest if channels[name].kind == "acc"]
+    chosen = accelerations or rest
+    least = STILL * max((swings[name] for name in chosen), default=0.0)
+    moving = [name for name in chosen if swings[name] > least]
+    angle = [name for name in rest if name == "angle_pendulum"]
+    return tuple(dict.fromkeys([*inputs, *moving, *angle]))
 
 
 def _clipping_notes(readings: Mapping[str, Reading], channels: Mapping[str, Channel]) -> list[str]:
