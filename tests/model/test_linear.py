@@ -132,6 +132,7 @@ def test_ports_are_what_moves_and_by_its_own_name():
     [
         (["push"], ["A1"], "no actuator 'push'; inputs are hit, acc_ground, acc_ground.x"),
         (["hit"], ["A3"], "no sensor 'A3'; there are A1, A1.x, A1.y, A1.z, laser"),
+        (["acc_ground", "acc_ground.x"], ["A1"], "the ground is shaken along the same axis twice"),
         (["acc_ground.z"], ["A1"], "no actuator 'acc_ground.z'; inputs are hit, acc_ground"),
     ],
 )

@@ -22,6 +22,7 @@ COMMANDS = (
     "diagnose",
     "convert",
     "fetch",
+    "inspect",
     "view",
 )
 """Modules of this package that hold one command each (or a group, as ``test`` does)."""

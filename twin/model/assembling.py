@@ -72,10 +72,13 @@ def linear_model(
             push = [outside[axis, columns[i]] if i in columns else 0.0 for i in inputs]
             base[name] = Base(*_masses(model, bodies), row, *seen, np.array(push))
     B, Cu = np.zeros((n, len(inputs))), np.zeros((len(outputs), len(inputs)))
-    shaken = ground_inputs(tuple(inputs), base)
+    shaken = {column: axis for axis, column in ground_inputs(tuple(inputs), base).items()}
+    grounds = [name for name in inputs if name in ground_names(base)]
+    if len(grounds) > len(shaken):
+        raise ModelError(f"the ground is shaken along the same axis twice: {available(grounds)}")
     for column, name in enumerate(inputs):
         if name in ground_names(base):
-            ground = base[next(axis for axis, at in shaken.items() if at == column)]
+            ground = base[shaken[column]]
             B[:, column], Cu[:, column] = -ground.row, ground.acc
         elif name in columns:
             control = columns[name]

@@ -118,14 +118,14 @@ def find_port(ports: Mapping[str, Port], name: str) -> Port:
     raise ModelError(f"no port '{name}'; there are {available(ports)}")
 
 
-def distinct(ports: Mapping[str, Port], kind: PortKind) -> tuple[str, ...]:
-    """Return the ports of a kind, one of those that always move in proportion.
+def distinct(ports: Mapping[str, Port], kind: PortKind | None = None) -> tuple[str, ...]:
+    """Return the ports of a kind or of all, one of those that always move in proportion.
 
     Of these the first that is in metres is kept, else the first. Two move in proportion where their
     rows are parallel to one part in 10^6.
     """
     kept: list[str] = []
-    of_kind = [name for name, port in ports.items() if port.kind == kind]
+    of_kind = [name for name, port in ports.items() if kind in (port.kind, None)]
     for name in sorted(of_kind, key=lambda name: ports[name].unit != "m"):
         if not any(_parallel(ports[name].row, ports[other].row) for other in kept):
             kept.append(name)
