@@ -95,6 +95,10 @@ HARM = [
     "cut",
     "column",
     "header twice",
+    "preamble",
+    "units row",
+    "clock",
+    "print",
 ]
 ENCODINGS = ["utf-8-sig", "utf-16", "utf-16-le", "utf-32", "cp1252", "cp037", "shift_jis"]
 
@@ -130,7 +134,7 @@ def damaged_text(draw, rows):
     text = draw(st.sampled_from(["\n", "\n", "\r\n", "\r"])).join(
         separator.join(row) for row in rows
     )
-    if draw(st.integers(0, 7)) == 0:
+    if draw(st.integers(0, 5)) == 0:
         text = text.replace(".", ",")
     encoding = draw(st.sampled_from(["utf-8"] * 40 + ENCODINGS))
     return text.encode(encoding, errors="replace")
@@ -168,5 +172,18 @@ def _harm(draw, rows):
         for other in rows[1:]:
             if len(other) > cell:
                 other[cell] = value
+    elif kind == "preamble":
+        rows[0:0] = (draw(st.sampled_from([["DAQ 3"], ["sep=;"], ["a", "b"], ["# rate", "32"]])),)
+    elif kind == "units row":
+        rows.insert(1, draw(st.sampled_from([["s", "N", "g", "g"], ["s", "N"], ["ms", "?"]])))
+    elif kind == "clock":
+        for number, other in enumerate(rows[1:]):
+            if other:
+                other[0] = f"12:30:{number:02d}"
+    elif kind == "print":
+        digits = draw(st.integers(1, 7))
+        for other in rows[1:]:
+            if other and other[0].replace(".", "").isdigit():
+                other[0] = f"{float(other[0]):.{digits}g}"
     elif kind == "header twice":
         rows.insert(here, list(rows[0]))

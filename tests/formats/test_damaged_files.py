@@ -1,5 +1,6 @@
 """Whatever happens to a file, the user gets finite numbers or one line that names the file."""
 
+import gzip
 import io
 from contextlib import redirect_stderr, redirect_stdout
 from itertools import pairwise
@@ -15,6 +16,7 @@ from twin.errors import TwinError
 from twin.formats import WRITTEN, parse_channel_map, read_recording, write_recording
 from twin.recording import Recording
 
+FOREIGN = (".tdms", ".xlsx", ".csv.gz")
 RATE = 32.0
 SAMPLES = 12
 COLUMNS = {
@@ -55,6 +57,13 @@ def whole_bytes(folder, suffix):
             writer.write_segment(
                 [nptdms.ChannelObject("g", "force_floor1", COLUMNS["force_floor1"], properties)]
             )
+    elif suffix == ".xlsx":
+        book = pytest.importorskip("openpyxl").Workbook()
+        for row in rows():
+            book.active.append(row)
+        book.save(path)
+    elif suffix == ".csv.gz":
+        path.write_bytes(gzip.compress("\n".join(map(",".join, rows())).encode()))
     else:
         write_recording(WHOLE, path)
     return path.read_bytes()
@@ -92,7 +101,10 @@ def assert_command_agrees(path, options, readable):
         assert len(err.getvalue().splitlines()) == 1
         assert err.getvalue().startswith(f"twin: {path}: ")
         assert out.getvalue() == ""
-    assert {left.name for left in path.parent.iterdir()} <= {path.name, f"whole{path.suffix}"}
+    assert {left.name for left in path.parent.iterdir()} <= {
+        path.name,
+        path.name.replace("harmed", "whole"),
+    }
 
 
 @settings(quickly, max_examples=300)
@@ -105,7 +117,7 @@ def test_a_harmed_table_gives_finite_numbers_or_one_line(folder, data, options):
     path.unlink()
 
 
-@pytest.mark.parametrize("suffix", [*sorted(set(WRITTEN) - {".unv", ".hdf5"}), ".tdms"])
+@pytest.mark.parametrize("suffix", [*sorted(set(WRITTEN) - {".unv", ".hdf5"}), *FOREIGN])
 def test_damaged_bytes_give_finite_numbers_or_one_line(tmp_path, suffix):
     whole = whole_bytes(tmp_path, suffix)
     path = tmp_path / f"harmed{suffix}"
@@ -122,7 +134,7 @@ def test_damaged_bytes_give_finite_numbers_or_one_line(tmp_path, suffix):
 
 
 @settings(quickly, max_examples=100)
-@given(data=st.binary(max_size=300), suffix=st.sampled_from([*WRITTEN, ".tdms", ".npy", ".txt"]))
+@given(data=st.binary(max_size=300), suffix=st.sampled_from([*WRITTEN, *FOREIGN, ".npy", ".txt"]))
 def test_noise_under_any_suffix_is_one_line(folder, data, suffix):
     path = folder / f"noise{suffix}"
     path.write_bytes(data)

@@ -28,6 +28,36 @@ def test_times_rounded_in_print_give_the_rate_within_their_rounding(rate, decima
         assert axis.sampling_hz == rate
 
 
+@pytest.mark.parametrize("rate", [32.0, 100.0, 128.0, 610.3515625, 1000.0, 2048.0])
+@pytest.mark.parametrize("digits", [6, 7, 9])
+@pytest.mark.parametrize("start", [0.0, -1.0, 12.345])
+def test_times_of_so_many_significant_digits_give_the_rate(rate, digits, start):
+    time = np.array([float(f"{t:.{digits}g}") for t in start + np.arange(8000) / rate])
+    axis = uniform(time, at)
+    assert axis.sampling_hz == pytest.approx(rate, rel=2 * axis.uncertainty + 1e-12)
+    assert axis.uncertainty < 1e-3
+
+
+@pytest.mark.parametrize("digits", [5, 6, 7])
+def test_a_missing_row_is_found_in_times_of_significant_digits(digits):
+    whole = np.arange(4000) / 128
+    time = np.array([float(f"{t:.{digits}g}") for t in np.delete(whole, 3000)])
+    with pytest.raises(RecordingError, match=r"row 3002: .*1 sample is missing"):
+        uniform(time, at)
+
+
+@pytest.mark.parametrize(("rate", "decimals"), [(200.0, 2), (2048.0, 3), (25600.0, 3)])
+def test_times_that_stand_because_of_their_rounding_give_the_rate_if_it_is_known(rate, decimals):
+    samples = int(rate * 10**-decimals * 2e4)
+    time = np.round(np.arange(samples) / rate, decimals)
+    assert np.any(np.diff(time) == 0)
+    assert uniform(time, at).sampling_hz == rate
+    with pytest.raises(RecordingError, match=r"does not increase.*give the rate \(--rate HZ\)"):
+        uniform(time[: samples // 10], at)
+    with pytest.raises(RecordingError, match="does not increase"):
+        uniform(np.sort(np.append(time, np.full(9, time[samples // 2]))), at)
+
+
 def test_times_in_single_precision_are_uniform():
     time = (np.arange(20_000, dtype=np.float32) * np.float32(0.01)).astype(float)
     assert uniform(time, at).sampling_hz == 100.0
@@ -49,7 +79,10 @@ def test_one_time_that_is_off_is_named_by_its_row(off, sample):
 
 def test_a_missing_row_is_named_with_the_step_and_how_far_it_is_off():
     time = np.delete(np.arange(100) / 50, 40)
-    message = r"row 42: time is not uniform: a step of 0.04 s where steps are 0.02 s \(off by 100 %"
+    message = (
+        r"row 42: time is not uniform: a step of 0.04 s where steps are 0.02 s \(off by 100 %\): "
+        r"1 sample is missing; cut the file there"
+    )
     with pytest.raises(RecordingError, match=message):
         uniform(time, at)
 

@@ -21,6 +21,10 @@ FORMATS = {
     ".csv": "csv",
     ".tsv": "csv",
     ".txt": "csv",
+    ".asc": "csv",
+    ".dat": "csv",
+    ".gz": "csv",
+    ".xlsx": "xlsx",
     ".uff": "uff",
     ".unv": "uff",
     ".58": "uff",
@@ -75,6 +79,9 @@ def write_recording(recording: Recording, path: str | Path) -> Path:
 
 def _module(path: Path, suffixes: tuple[str, ...], done: str) -> Any:
     suffix = path.suffix.lower()
+    inner = Path(path.stem).suffix.lower()
+    if suffix == ".gz" and FORMATS.get(inner) != "csv":
+        raise RecordingError(f"{path}: only text is read from a .gz archive; unpack it first")
     if suffix not in suffixes:
         raise RecordingError(
             f"{path}: {f'{suffix} files' if suffix else 'files without a suffix'} cannot be "

@@ -12,6 +12,9 @@ from twin.units import EXAMPLES, shown, si_factor, split_name
 
 TIME = "time"
 
+TIME_UNITS = ("s", "sec", "ms", "us", "µs", "min", "h")
+"""Units that make the first column the time, whatever it is called."""
+
 
 @dataclass(frozen=True)
 class Assignment:
@@ -75,14 +78,28 @@ def assign(
     if channel_map:
         chosen, notes = _mapped(table, channel_map, rate_given)
     else:
-        chosen, notes = _all_columns(table), ()
+        chosen, notes = _all_columns(table, rate_given), ()
     _refuse_doubles(table, chosen)
     return [_assignment(table, *choice) for choice in chosen], notes
 
 
-def _all_columns(table: Table) -> list[tuple[int, str, str | None]]:
+def _all_columns(table: Table, rate_given: bool) -> list[tuple[int, str, str | None]]:
     """Take every column under its own name."""
-    return [(index, column.name, column.unit) for index, column in enumerate(table.columns)]
+    time = _time_column(table, set())
+    return [
+        (index, TIME if index == time else column.name, column.unit)
+        for index, column in enumerate(table.columns)
+        if not (index == time and column.unit is None and rate_given)
+    ]
+
+
+def _time_column(table: Table, taken: set[int]) -> int | None:
+    """Return the column of the time: by its name, or the first one if its unit is one of time."""
+    free = [(i, c) for i, c in enumerate(table.columns) if i not in taken]
+    named = [i for i, c in free if c.name.strip().casefold() == TIME]
+    exact = [i for i in named if table.columns[i].name == TIME]
+    first = [i for i, c in free if i == 0 and c.unit in TIME_UNITS]
+    return next(iter([*exact, *named, *first]), None)
 
 
 def _mapped(
@@ -100,11 +117,10 @@ def _mapped(
         chosen.append((index, name, unit or column.unit))
     used = {index for index, _, _ in chosen}
     if all(name != TIME for _, name, _ in chosen):
-        for index, column in enumerate(table.columns):
-            if column.name == TIME and index not in used and (column.unit or not rate_given):
-                chosen.append((index, TIME, column.unit))
-                used.add(index)
-                break
+        time = _time_column(table, used)
+        if time is not None and (table.columns[time].unit or not rate_given):
+            chosen.append((time, TIME, table.columns[time].unit))
+            used.add(time)
     left = [c.label for i, c in enumerate(table.columns) if i not in used and c.name]
     if left:
         notes.append(f"left out, as the channel map does not name them: {', '.join(left)}")

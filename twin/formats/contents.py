@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from zipfile import BadZipFile, ZipFile
 
 from twin.errors import RecordingError
 
@@ -10,14 +11,12 @@ _MAGIC = (
     (b"\x89PNG\r\n\x1a\n", "a PNG image", ()),
     (b"\xff\xd8\xff", "a JPEG image", ()),
     (b"%PDF", "a PDF document", ()),
-    (b"\x1f\x8b", "a gzip archive", ()),
-    (b"\xd0\xcf\x11\xe0", "an old Office document", ()),
+    (b"\x1f\x8b", "a gzip archive", (".gz",)),
     (b"\x89HDF\r\n\x1a\n", "an HDF5 file", (".h5", ".hdf5")),
     (b"MATLAB 5.0 MAT-file", "a MATLAB file", (".mat",)),
     (b"MATLAB 7.3 MAT-file", "a MATLAB 7.3 file", (".mat", ".h5", ".hdf5")),
     (b"TDSm", "a TDMS file", (".tdms",)),
     (b"\x93NUMPY", "a NumPy array", (".npy",)),
-    (b"PK\x03\x04", "a zip archive or an Excel sheet", (".npz",)),
     (b"    -1", "a universal file", (".uff", ".unv", ".58")),
     (b"RRF2", "a Rerun recording", ()),
 )
@@ -49,6 +48,13 @@ def check_contents(path: Path, supported: str) -> None:
     if not head:
         raise RecordingError(f"{path}: the file is empty")
     suffix = path.suffix.lower()
+    if head.startswith(b"\xd0\xcf\x11\xe0"):
+        raise RecordingError(
+            f"{path}: this is an old Office document; save the sheet as .xlsx or .csv"
+        )
+    if head.startswith(b"PK\x03\x04"):
+        _check_zip(path, suffix, supported)
+        return
     for magic, what, suffixes in _MAGIC:
         if head.startswith(magic) and suffix not in suffixes:
             if suffixes:
@@ -56,3 +62,24 @@ def check_contents(path: Path, supported: str) -> None:
                     f"{path}: this is {what}; rename it to {path.stem}{suffixes[0]}"
                 )
             raise RecordingError(f"{path}: this is {what}, not a recording ({supported})")
+
+
+def _check_zip(path: Path, suffix: str, supported: str) -> None:
+    """Refuse a zip archive that is not what its suffix says: NumPy's, or Excel's."""
+    try:
+        with ZipFile(path) as archive:
+            names = archive.namelist()
+    except (BadZipFile, OSError, ValueError, NotImplementedError):
+        if suffix in (".npz", ".xlsx"):
+            return  # damaged: its reader says so
+        names = []
+    if any(name.startswith("xl/") for name in names):
+        if suffix != ".xlsx":
+            raise RecordingError(f"{path}: this is an Excel sheet; rename it to {path.stem}.xlsx")
+    elif names and all(name.endswith(".npy") for name in names):
+        if suffix != ".npz":
+            raise RecordingError(f"{path}: these are NumPy arrays; rename it to {path.stem}.npz")
+    elif suffix not in (".npz", ".xlsx") or names:
+        raise RecordingError(
+            f"{path}: this is a zip archive, not a recording ({supported}); unpack it first"
+        )

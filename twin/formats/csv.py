@@ -1,14 +1,17 @@
 """Recordings as CSV: one header row of ``name [unit]``, then one row a sample.
 
-The reader also takes files of others: separated by commas, semicolons or tabs, with quoted
-headers, without units, with a trailing separator in every row, or with columns that hold only
-their first value; then a channel map says what is what.
+The reader also takes files of others: separated by commas, semicolons, tabs or spaces, with
+decimal commas, with quoted headers, with lines about the measurement before the header or a line
+of units after it, without units, with a trailing separator in every row, with times of day, or with
+columns that hold only their first value; then a channel map says what is what.
 """
 
 from __future__ import annotations
 
 import csv
+import re
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -16,15 +19,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.errors import RecordingError
-from twin.formats.csv_cells import read_cells, split_row
+from twin.formats.clock import is_clock
+from twin.formats.csv_cells import Rows, read_cells, split_row
+from twin.formats.layout import SEPARATORS, is_number, layout_of
 from twin.formats.table import Column, Table
-from twin.formats.text import header_text, text_of
+from twin.formats.text import text_of
 from twin.recording import Recording
 from twin.units import split_name
 
 Array = NDArray[np.float64]
 
-SEPARATORS = ",;\t"
+_WORD = re.compile(r"\S+(?:\s*\[[^\[\]]*\])?")
 
 
 def read(path: Path) -> Table:
@@ -33,31 +38,49 @@ def read(path: Path) -> Table:
     Raises:
         RecordingError: empty, not text, no header, or no samples.
     """
-    head, body = text_of(path)
-    header = header_text(head)
-    separator = _separator(header)
-    names = split_row(header, separator, f"{path}: row 1")
-    cells = len(names)
-    lines = body.split("\n")
-    while lines and not lines[-1].strip(" \t" + separator):
+    return table_of_text(text_of(path), str(path))
+
+
+def table_of_text(text: str, source: str) -> Table:
+    """Find header and samples in a text; the chosen columns are read when they are asked for.
+
+    Raises:
+        RecordingError: no header, or no samples.
+    """
+    lines = _spaced(text.split("\n"))
+    layout = layout_of(lines, source)
+    separator, names = layout.separator, list(layout.titles)
+    while len(lines) > layout.first and not lines[-1].strip(" \t" + separator):
         lines.pop()
-    if _all_numbers(names):
+    where = f"{source}: row {layout.header + 1}"
+    filled = [name for name in names if name.strip()]
+    if filled and all(is_number(name) for name in filled):
         raise RecordingError(
-            f"{path}: row 1 holds numbers where a header such as 'time [s],force_floor1 [N]' "
-            "belongs"
+            f"{where} holds numbers where a header such as 'time [s],force_floor1 [N]' belongs"
         )
-    first = split_row(lines[0], separator, f"{path}: row 2") if lines else []
+    # the numbers are ASCII; anything else becomes a cell that is refused by name
+    body = [line.encode("ascii", "replace").decode() for line in lines[layout.first :]]
+    first = split_row(body[0], separator, f"{source}: row {layout.first + 1}") if body else []
     while names and not names[-1].strip():
         if len(first) >= len(names) and first[len(names) - 1].strip():
-            raise RecordingError(f"{path}: column {len(names)} holds values but has no name")
+            raise RecordingError(f"{source}: column {len(names)} holds values but has no name")
         names.pop()
     if not names:
-        raise RecordingError(f"{path}: row 1, where the header belongs, is empty")
-    if not lines:
-        raise RecordingError(f"{path}: a header but no samples")
+        raise RecordingError(f"{where}, where the header belongs, is empty")
+    if not body:
+        raise RecordingError(f"{source}: a header but no samples")
+    clocks = frozenset(i for i, cell in enumerate(first[: len(names)]) if is_clock(cell))
     columns = tuple(Column(*split_name(name)) for name in names)
-    load = partial(_load, str(path), lines, separator, columns, cells)
-    return Table(str(path), columns, load, row="row", first_row=2)
+    columns = tuple(
+        replace(column, unit="s") if index in clocks and column.unit is None else column
+        for index, column in enumerate(columns)
+    )
+    labels = tuple(column.label for column in columns)
+    rows = Rows(
+        source, body, separator, labels, layout.cells, layout.first, layout.decimal_comma, clocks
+    )
+    load = partial(_load, rows)
+    return Table(source, columns, load, row="row", first_row=layout.first + 1)
 
 
 def write(recording: Recording, path: Path) -> None:
@@ -69,46 +92,29 @@ def write(recording: Recording, path: Path) -> None:
         file.writelines(",".join(map(repr, row)) + "\n" for row in rows)
 
 
-def _load(
-    source: str,
-    lines: list[str],
-    separator: str,
-    columns: tuple[Column, ...],
-    cells: int,
-    wanted: Sequence[int],
-) -> list[Array]:
+def _load(rows: Rows, wanted: Sequence[int]) -> list[Array]:
     """Read some columns: numpy's parser where every row is clean, else cell by cell."""
-    separators = cells - 1
-    if all(line.count(separator) == separators for line in lines):
+    lines, separator = rows.lines, rows.separator
+    if rows.decimal_comma and not any("." in line for line in lines):
+        lines = [line.replace(",", ".") for line in lines]
+    separators = rows.cells - 1
+    if not rows.clocks & set(wanted) and all(line.count(separator) == separators for line in lines):
         try:
             read = np.loadtxt(lines, delimiter=separator, usecols=wanted, comments=None, ndmin=2)
             if len(read) == len(lines):  # it skips empty lines
                 return list(read.T)
         except ValueError:
             pass  # quoted numbers, or damage that is looked for below
-    labels = [column.label for column in columns]
-    return read_cells(source, lines, separator, labels, cells, wanted)
+    return read_cells(rows, wanted)
 
 
-def _separator(header: str) -> str:
-    """Return the separator that splits the header into most columns outside quotes."""
-
-    def count(separator: str) -> int:
-        try:
-            return len(next(csv.reader([header], delimiter=separator)))
-        except (csv.Error, StopIteration):
-            return 0
-
-    return max(SEPARATORS, key=count)
-
-
-def _all_numbers(names: list[str]) -> bool:
-    def is_number(text: str) -> bool:
-        try:
-            float(text)
-        except ValueError:
-            return False
-        return True
-
-    filled = [name for name in names if name.strip()]
-    return bool(filled) and all(is_number(name) for name in filled)
+def _spaced(lines: list[str]) -> list[str]:
+    """Return lines whose columns are separated by spaces with tabs between them instead."""
+    head = lines[0]
+    body = [line for line in lines[1:] if line.strip()]
+    if not body or any(mark in line for mark in SEPARATORS for line in (head, body[0], body[-1])):
+        return lines
+    names, first = _WORD.findall(head.lstrip("#% ")), body[0].split()
+    if len(names) < 2 or len(names) != len(first) or not all(map(is_number, first)):
+        return lines
+    return ["\t".join(names), *("\t".join(line.split()) for line in lines[1:])]

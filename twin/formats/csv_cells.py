@@ -4,14 +4,41 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from twin.errors import RecordingError
+from twin.formats.clock import seconds_of
 from twin.units import shown
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Rows:
+    """The samples of a text file, not yet read.
+
+    Attributes:
+        source: the file, as messages name it.
+        lines: the rows after the header.
+        separator: between cells.
+        labels: the columns, as messages name them.
+        cells: how many cells the header has.
+        before: how many lines stand before the first sample.
+        decimal_comma: whether decimals are written with a comma.
+        clocks: the columns that hold times of day.
+    """
+
+    source: str
+    lines: list[str]
+    separator: str
+    labels: tuple[str, ...]
+    cells: int
+    before: int = 1
+    decimal_comma: bool = False
+    clocks: frozenset[int] = frozenset()
 
 
 def split_row(line: str, separator: str, where: str) -> list[str]:
@@ -23,48 +50,54 @@ def split_row(line: str, separator: str, where: str) -> list[str]:
     return rows[0] if rows else []
 
 
-def read_cells(
-    source: str,
-    lines: list[str],
-    separator: str,
-    labels: list[str],
-    cells: int,
-    wanted: Sequence[int],
-) -> list[Array]:
+def read_cells(rows: Rows, wanted: Sequence[int]) -> list[Array]:
     """Return the wanted columns.
-
-    Args:
-        source: the file, as messages name it.
-        lines: the rows after the header.
-        separator: between cells.
-        labels: the columns, as messages name them.
-        cells: how many cells the header has.
-        wanted: indices of the columns.
 
     Raises:
         RecordingError: a row with more or fewer cells than the header, or a cell without a
             number.
     """
-    values = np.empty((len(wanted), len(lines)))
-    for number, line in enumerate(lines):
-        where = f"{source}: row {number + 2}"
-        row = split_row(line, separator, where)
+    values = np.empty((len(wanted), len(rows.lines)))
+    clocks: dict[int, list[str]] = {index: [] for index in wanted if index in rows.clocks}
+    for number, line in enumerate(rows.lines):
+        where = f"{rows.source}: row {number + rows.before + 1}"
+        row = split_row(line, rows.separator, where)
         if not line.strip():
             raise RecordingError(f"{where} is empty")
-        if len(row) != cells:
-            raise RecordingError(f"{where} has {len(row)} cells where the header has {cells}")
+        if len(row) != rows.cells:
+            raise RecordingError(f"{where} has {len(row)} cells where the header has {rows.cells}")
         for position, index in enumerate(wanted):
-            values[position, number] = _number(row[index], f"{where}, column {labels[index]}")
+            column = f"{where}, column {rows.labels[index]}"
+            if index in clocks:
+                clocks[index].append(_clock(row[index], column))
+            else:
+                values[position, number] = _number(row[index], column, rows.decimal_comma)
+    for position, index in enumerate(wanted):
+        if index in clocks:
+            values[position] = seconds_of(clocks[index])
     return list(values)
 
 
-def _number(cell: str, where: str) -> float:
+def _clock(cell: str, where: str) -> str:
+    try:
+        seconds_of([cell])
+    except ValueError:
+        raise RecordingError(
+            f"{where}: {shown(cell.strip())} is not a time such as 12:30:01.25 or "
+            "2026-05-01T12:30:01.25"
+        ) from None
+    return cell
+
+
+def _number(cell: str, where: str, decimal_comma: bool) -> float:
     text = cell.strip()
     if not text:
         raise RecordingError(f"{where}: the cell is empty")
     try:
         if "_" in text:  # Python would read 1_0 as ten
             raise ValueError
+        if decimal_comma and "." not in text:
+            return float(text.replace(",", "."))
         return float(text)
     except ValueError:
         hint = "; decimals are written with a point" if "," in text else ""

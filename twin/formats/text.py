@@ -1,26 +1,46 @@
-"""Text files: their bytes, checked and split into header and body."""
+"""Text files: their bytes, checked and decoded."""
 
 from __future__ import annotations
 
 import codecs
+import gzip
 import re
+import zlib
 from pathlib import Path
 
 from twin.errors import RecordingError
 
-_UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+_MARKS = (
+    (codecs.BOM_UTF32_LE, "utf-32"),
+    (codecs.BOM_UTF32_BE, "utf-32"),
+    (codecs.BOM_UTF16_LE, "utf-16"),
+    (codecs.BOM_UTF16_BE, "utf-16"),
+)
 _CONTROL = re.compile(rb"[\x00-\x08\x0e-\x1f]")
 
+LOOKED_AT = 200
+"""Bytes at the beginning by which UTF-16 without a mark is recognised."""
 
-def text_of(path: Path) -> tuple[bytes, str]:
-    """Return the first line as bytes and the rest as text, with a line feed between lines.
+
+def text_of(path: Path) -> str:
+    """Return the text, with a line feed between lines; ``.gz`` is unpacked.
+
+    It may be UTF-8, UTF-16 or UTF-32, or the Windows encoding of western Europe.
 
     Raises:
-        RecordingError: UTF-16, or bytes that no text has.
+        RecordingError: bytes that no text has, or an archive that cannot be unpacked.
     """
     data = path.read_bytes()
-    if data.startswith(_UTF_16):
-        raise RecordingError(f"{path}: this is UTF-16 text; save it as UTF-8")
+    if path.suffix.lower() == ".gz":
+        data = _unpacked(data, path)
+    encoding = next((name for mark, name in _MARKS if data.startswith(mark)), _wide(data))
+    if encoding:
+        try:
+            data = data.decode(encoding).encode("utf-8")
+        except UnicodeError:
+            raise RecordingError(
+                f"{path}: {encoding.upper()} text that is damaged; save it as UTF-8"
+            ) from None
     control = _CONTROL.search(data)
     if control:
         row = data.count(b"\n", 0, control.start()) + 1
@@ -30,14 +50,25 @@ def text_of(path: Path) -> tuple[bytes, str]:
     data = data.removeprefix(codecs.BOM_UTF8).replace(b"\r\n", b"\n")
     if b"\n" not in data:
         data = data.replace(b"\r", b"\n")
-    head, _, body = data.partition(b"\n")
-    # the numbers are ASCII; anything else becomes a cell that is refused by name
-    return head, body.decode("ascii", errors="replace")
-
-
-def header_text(head: bytes) -> str:
-    """Return the header, in UTF-8 or in the Windows encoding of western Europe."""
     try:
-        return head.decode("utf-8")
+        return data.decode("utf-8")
     except UnicodeDecodeError:
-        return head.decode("cp1252", errors="replace")
+        return data.decode("cp1252", errors="replace")
+
+
+def _unpacked(data: bytes, path: Path) -> bytes:
+    try:
+        return gzip.decompress(data)
+    except (OSError, EOFError, zlib.error):
+        raise RecordingError(f"{path}: the archive is damaged or cut short") from None
+
+
+def _wide(data: bytes) -> str | None:
+    """Return the encoding of UTF-16 without a mark: every other byte of plain text is zero."""
+    head = data[:LOOKED_AT]
+    low, high = head[0::2], head[1::2]
+    if len(head) > 8 and not any(high) and all(low):
+        return "utf-16-le"
+    if len(head) > 8 and not any(low) and all(high):
+        return "utf-16-be"
+    return None
