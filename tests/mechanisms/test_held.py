@@ -7,7 +7,7 @@ from twin.errors import ModelError
 from twin.mechanisms.held import held, mechanisms_of
 from twin.model import Twin
 from twin.model.amplitudes import effects
-from twin.model.nonlinear import nonlinear_elements
+from twin.model.contents import nonlinear_elements
 
 SPRING = 'name="storey2" type="slide" axis="1 0 0" stiffness="518.577777777778'
 

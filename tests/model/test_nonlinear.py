@@ -6,7 +6,7 @@ from test_linear import inertial, mjcf
 
 from twin.model import Twin
 from twin.model.amplitudes import effects
-from twin.model.nonlinear import nonlinear_elements
+from twin.model.contents import nonlinear_elements
 
 
 def one(joint="", tendon="", rest="", gravity=9.81, axis="1 0 0"):
@@ -150,3 +150,20 @@ def test_curved_couplings_fluids_and_contacts_are_named():
     tie = '<equality><joint name="cam" joint1="a" joint2="b" polycoef="0 1 3 0 0"/></equality>'
     (found,) = of(Twin(mjcf(pair, tie)))
     assert found.element == "equality cam"
+
+
+def test_limits_and_delays_of_instruments_are_faults_of_their_channels():
+    text = one().mjcf.replace('name="acc"', 'name="acc" cutoff="0.4" delay="0.02" nsample="50"')
+    text = text.replace('<motor name="push"', '<motor name="push" delay="0.01" nsample="50"')
+    twin = Twin(text)
+    found = {e.mechanism: (e.port, dict(e.values)) for e in of(twin)}
+    assert found == {
+        "sensor_clipping": ("acc", {"level": 0.4}),
+        "sensor_delay": ("acc", {"delay": 0.02}),
+        "motor_delay": ("push", {"delay": 0.01}),
+    }
+    model = twin.linear(["push"], ["acc"])
+    gentle = {e.element.mechanism: e.share for e in effects(model, of(twin), np.ones((9, 1)), 100)}
+    assert gentle["sensor_clipping"] == np.inf
+    soft = effects(model, of(twin), np.full((9, 1), 0.1), 100)
+    assert {e.element.mechanism: e.share for e in soft}["sensor_clipping"] == 0

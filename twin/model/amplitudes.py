@@ -55,19 +55,20 @@ def effects(
     """
     u = np.asarray(inputs, float)
     y = free_run(model, u, rate_hz) - model.rest
-    rms = np.sqrt(np.mean(y**2, axis=0))
-    found = [_effect(model, element, u, rms, rate_hz) for element in elements]
+    found = [_effect(model, element, u, y, rate_hz) for element in elements]
     return tuple(sorted(found, key=lambda e: -np.inf if np.isnan(e.share) else -e.share))
 
 
 def _effect(
-    model: LinearModel, element: NonlinearElement, u: Array, rms: Array, rate_hz: float
+    model: LinearModel, element: NonlinearElement, u: Array, y: Array, rate_hz: float
 ) -> Effect:
-    name = element.element.split(" ", 1)[-1]
     if np.isfinite(element.limit):
-        peak = 0.0
+        peak, name = 0.0, element.port
         if name in model.inputs:
             peak = float(np.max(np.abs(u[:, model.inputs.index(name)]), initial=0.0))
+        elif name in model.outputs:
+            column = model.outputs.index(name)
+            peak = float(np.max(np.abs(y[:, column] + model.rest[column]), initial=0.0))
         return Effect(element, np.inf if peak > element.limit else 0.0, name, peak)
     if element.law is None or element.port not in model.ports:
         return Effect(element, np.nan, "", np.nan)
@@ -90,6 +91,7 @@ def _effect(
         base={},
     )
     change = free_run(pushed, element.law(drift, rate)[:, None], rate_hz) - model.rest
+    rms = np.sqrt(np.mean(y**2, axis=0))
     share = np.sqrt(np.mean(change**2, axis=0)) / np.where(rms > 0, rms, np.inf)
     worst = int(np.argmax(share))
     return Effect(element, float(share[worst]), model.outputs[worst], float(np.max(np.abs(drift))))

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from twin.contract import names_in
 from twin.errors import ModelError
 from twin.model.assembling import ground_names
+from twin.model.contents import nonlinear_elements
 from twin.model.linear import LinearModel
-from twin.model.nonlinear import NonlinearElement, nonlinear_elements
+from twin.model.nonlinear import NonlinearElement
 from twin.model.port import distinct
 from twin.model.rest import Reduced, settle
 from twin.model.sensing import channel_columns

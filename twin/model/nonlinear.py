@@ -14,8 +14,6 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.model.rest import Reduced, settle
-
 Array = NDArray[np.float64]
 Law = Callable[[Array, Array], Array]
 _OBJ = mujoco.mjtObj
@@ -38,13 +36,13 @@ class NonlinearElement:
 
     Attributes:
         element: what it is in the MJCF ("joint storey2", "tendon cable", "actuator drive").
-        port: the port it acts along; empty for an actuator or an element without a name.
+        port: the port it acts along, or the channel; empty for an element without a name.
         mechanism: its name in the vocabulary; empty where that has none.
         values: the mechanism's parameter values, SI.
         words: what it is, with its numbers.
         law: force that opposes a displacement from rest and its rate, beyond the slope at rest
             [N or N m], of arrays (samples,); None for what is no force along a port.
-        limit: largest magnitude of an actuator's input that it passes on; infinite without one.
+        limit: largest magnitude that an actuator passes on or a sensor reads; infinite without.
     """
 
     element: str
@@ -87,20 +85,15 @@ class _Spring:
         return np.asarray(self.force(self.rest + drift) - linear)
 
 
-def nonlinear_elements(model: mujoco.MjModel) -> tuple[NonlinearElement, ...]:
-    """Return the elements of a compiled model that are not linear about its rest.
+def structural_elements(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[NonlinearElement]:
+    """Yield the elements of a structure that are not linear about its rest.
 
-    Raises:
-        ModelError: the model has no rest.
+    Args:
+        model: as it was compiled.
+        data: at rest.
     """
-    reduced = Reduced(model)
-    settle(reduced)
-    reduced.at_rest()
-    return tuple(
-        found
-        for part in (_joints, _tendons, _couplings, _actuators, _surroundings)
-        for found in part(model, reduced.data)
-    )
+    for part in (_joints, _tendons, _couplings, _surroundings):
+        yield from part(model, data)
 
 
 def _joints(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[NonlinearElement]:
@@ -226,21 +219,6 @@ def _couplings(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Nonlinear
             terms = ", ".join(f"{value:.4g}" for value in model.eq_data[index, 2:5])
             yield NonlinearElement(
                 name, "", "", {}, f"a coupling with terms of second degree and more: {terms}"
-            )
-
-
-def _actuators(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[NonlinearElement]:
-    for index in range(model.nu):
-        name, _ = _named(model, _OBJ.mjOBJ_ACTUATOR, index, "actuator")
-        gain = abs(float(model.actuator_gainprm[index, 0])) or 1.0
-        ends = [np.inf]
-        if model.actuator_ctrllimited[index]:
-            ends.append(float(np.min(np.abs(model.actuator_ctrlrange[index]))))
-        if model.actuator_forcelimited[index]:
-            ends.append(float(np.min(np.abs(model.actuator_forcerange[index]))) / gain)
-        if np.isfinite(min(ends)):
-            yield NonlinearElement(
-                *(name, "", "", {}, f"passes on no more than {min(ends):.4g}"), None, min(ends)
             )
 
 

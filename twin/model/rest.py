@@ -37,6 +37,7 @@ class Reduced:
             self.model.actuator_forcelimited,
             self.model.jnt_actfrclimited,
             self.model.sensor_cutoff,
+            self.model.actuator_delay,
             self.model.sensor_delay,
             self.model.sensor_interval,
         ):

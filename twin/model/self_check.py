@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from twin.errors import ModelError
 from twin.model.amplitudes import Effect, effects
+from twin.model.contents import nonlinear_elements
 from twin.model.free_run import free_run
 from twin.model.linear import LinearModel
-from twin.model.nonlinear import nonlinear_elements
 from twin.model.port import ground_inputs
 from twin.model.twin import Motion, Twin
 
