@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from twin.arrays import frozen
 from twin.estimation.likelihood import Trial, Unknown
+from twin.mechanisms.mechanism import ChannelFault
 from twin.model.linear import LinearModel
 
 Array = NDArray[np.float64]
@@ -116,6 +117,29 @@ class Problem:
         second[1:-1] = np.diff(u, 2, axis=0)
         fourth[2:-2] = np.diff(u, 4, axis=0)
         return u - second / 12 + fourth / 90
+
+    def mended(self, faults: Sequence[ChannelFault]) -> tuple[Trial, ...]:
+        """Return the recordings with faults taken back in their samples."""
+        names = (*self.model.inputs, *self.model.outputs)
+        split, out = len(self.model.inputs), []
+        for recording in self.recordings:
+            hidden = np.isnan(recording.y)
+            table = np.hstack([recording.u, _filled(recording.y)])
+            columns = dict(zip(names, table.T, strict=True))
+            for fault in faults:
+                change = fault.distort if fault.of_motor else fault.undo
+                columns = change(columns, self.sampling_hz)
+            table = np.column_stack([columns[name] for name in names])
+            u, y = table[:, :split], np.where(hidden, np.nan, table[:, split:])
+            out.append(Trial(u, self._smooth(u), y, self.step_s))
+        return tuple(out)
+
+    @cached_property
+    def readings(self) -> Mapping[str, float]:
+        """RMS of every output over all recordings, by name."""
+        every = np.vstack([r.y for r in self.recordings])
+        levels = np.sqrt(np.nanmean(every**2, axis=0))
+        return dict(zip(self.model.outputs, levels.tolist(), strict=True))
 
     @cached_property
     def frequencies(self) -> Array:
@@ -254,3 +278,14 @@ class Problem:
 def with_recordings(problem: Problem, recordings: Sequence[Measured], scale: Array) -> Problem:
     """Return the same problem with other recordings, (recordings, n) the size of their motion."""
     return replace(problem, recordings=tuple(recordings), scale=scale)
+
+
+def _filled(y: Array) -> Array:
+    """Return samples with what is left out interpolated, (samples, m)."""
+    out = np.array(y)
+    for column in out.T:
+        gap = np.isnan(column)
+        if gap.any() and not gap.all():
+            at = np.arange(len(column))
+            column[gap] = np.interp(at[gap], at[~gap], column[~gap])
+    return out

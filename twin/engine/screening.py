@@ -9,8 +9,8 @@ s^2 / (2 I) at the strength s / I. That is a shortlist, not a verdict.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numba
 import numpy as np
@@ -27,7 +27,7 @@ from twin.mechanisms.mechanism import Disturbance, Law, Mechanism
 
 Array = NDArray[np.float64]
 
-SMALL = 1e-3
+SMALL = 1e-4
 """Strength, as a share of a first guess, at which a linear candidate's direction is taken."""
 
 REACH = (0.02, 50.0)
@@ -43,11 +43,13 @@ class Score:
         candidate: whose it is.
         start: the mechanism from which a fit would begin.
         gain: expected rise of the log likelihood [nat].
+        shift: how the other unknowns would move with it: name -> prior deviations.
     """
 
     candidate: Candidate
     start: Mechanism
     gain: float
+    shift: Mapping[str, float] = field(default_factory=dict)
 
 
 def screen(
@@ -59,8 +61,7 @@ def screen(
     laws = [(c, s) for c in candidates for s in c.starts if isinstance(s, Law)]
     others = [(c, s) for c in candidates for s in c.starts if not isinstance(s, Law)]
     scores = _of_laws(test, laws, moved)
-    for candidate, start in others:
-        scores.append(Score(candidate, *_of_linear(test, candidate, start)))
+    scores += [_of_linear(test, candidate, start) for candidate, start in others]
     best: dict[tuple[str, str], Score] = {}
     for score in scores:
         kept = best.get(score.candidate.label)
@@ -78,9 +79,8 @@ class _ScoreTest:
         self.parts = []
         shared = [i for i, u in enumerate(hypothesis.unknowns) if u.role != "noise"]
         self.white, self.slopes = [], []
-        total = np.zeros((len(shared), len(shared)))
-        pull = np.zeros(len(shared))
-        for index, (run, trial) in enumerate(zip(self.runs, hypothesis.trials, strict=True)):
+        total = np.eye(len(shared))
+        for index, (run, trial) in enumerate(zip(self.runs, value.trials, strict=True)):
             blur = hypothesis.blur(index, run.f, run.sampled.system) if hypothesis.laws else None
             part = gaussian(run, trial, blur)
             columns = [
@@ -92,25 +92,32 @@ class _ScoreTest:
             self.white.append(part.white.ravel())
             self.slopes.append(J)
             total += J.T @ J
-            pull += J.T @ part.white.ravel()
-        self.inverse = np.linalg.inv(total + np.eye(len(shared)))
-        self.pull = pull
+        self.inverse = np.linalg.inv(total)
+        self.names = [hypothesis.unknowns[i].name for i in shared]
+        # the priors are rows like the samples: what is projected out is held to its prior
+        self.pull = np.asarray(fit.z)[shared]
 
-    def gains(self, directions: Sequence[Array]) -> tuple[Array, Array]:
-        """Return expected gains and strengths, one per direction.
+    def gains(self, directions: Sequence[Array]) -> tuple[Array, Array, Array]:
+        """Return expected gains and strengths, and the others' shifts for unit strength, (p, c).
 
         Args:
             directions: whitened changes of the innovations, one (samples m, c) a recording.
         """
-        s = sum(d.T @ w for d, w in zip(directions, self.white, strict=True))
-        own = sum(np.einsum("ij,ij->j", d, d) for d in directions)
-        across = sum(J.T @ d for J, d in zip(self.slopes, directions, strict=True))
-        carried = self.inverse @ across
-        s = s - carried.T @ self.pull
-        information = own - np.einsum("ij,ij->j", across, carried)
-        information = np.maximum(information, 1e-9 * own + 1e-300)
-        strength = -s / information  # the direction is that of e; e falls along it
-        return 0.5 * s**2 / information, strength
+        left = [np.array(d) for d in directions]
+        prior = np.zeros((len(self.pull), left[0].shape[1]))
+        shift = np.zeros_like(prior)
+        for _ in range(2):  # once more takes the first one's rounding off
+            across = sum(J.T @ d for J, d in zip(self.slopes, left, strict=True)) + prior
+            carried = self.inverse @ across
+            for J, d in zip(self.slopes, left, strict=True):
+                d -= J @ carried
+            prior -= carried
+            shift -= carried
+        s = sum(d.T @ w for d, w in zip(left, self.white, strict=True)) + prior.T @ self.pull
+        information = sum(np.einsum("ij,ij->j", d, d) for d in left)
+        information = information + np.einsum("ij,ij->j", prior, prior)
+        information = np.maximum(information, 1e-300)
+        return 0.5 * s**2 / information, -s / information, shift
 
 
 def _of_laws(
@@ -130,14 +137,17 @@ def _of_laws(
         )
         rows = np.array([model.port(law.place) for _, law in pairs])
         directions.append(part.whitened(_respond(run, hypothesis, index, rows, forces)))
-    gains, strengths = test.gains(directions)
+    gains, strengths, shifts = test.gains(directions)
     return [
-        _scaled(c, s, float(g), float(a))
-        for (c, s), g, a in zip(pairs, gains, strengths, strict=True)
+        _scaled(test, c, s, float(g), float(a), d)
+        for (c, s), g, a, d in zip(pairs, gains, strengths, shifts.T, strict=True)
     ]
 
 
-def _scaled(candidate: Candidate, start: Mechanism, gain: float, strength: float) -> Score:
+def _scaled(
+    test: _ScoreTest, candidate: Candidate, start: Mechanism, gain: float, strength: float,
+    shift: Array,
+) -> Score:  # fmt: skip
     if not np.isfinite(gain) or strength <= 0:
         return Score(candidate, start, 0.0)
     if strength > REACH[1] or strength < REACH[0]:
@@ -146,7 +156,8 @@ def _scaled(candidate: Candidate, start: Mechanism, gain: float, strength: float
         ratio = inside / strength
         gain *= max(2 * ratio - ratio**2, 0.0)
         strength = inside
-    return Score(candidate, start.scaled(strength), gain)
+    moved = dict(zip(test.names, (strength * shift).tolist(), strict=True))
+    return Score(candidate, start.scaled(strength), gain, moved)
 
 
 def _force_along(law: Law, row: Array, motion: Motion, step_s: float) -> Array:
@@ -219,25 +230,48 @@ def _recurse(closed, K, C, entry, through, forces, out):
                 x[i, c] = after[i, c]
 
 
-def _of_linear(test: _ScoreTest, candidate: Candidate, start: Mechanism) -> tuple[Mechanism, float]:
-    """Return the start and the expected gain of what is linear in its strength, or tried as is."""
-    small = start.scaled(SMALL) if not isinstance(start, Disturbance) else start
-    same = small == start
+def _of_linear(test: _ScoreTest, candidate: Candidate, start: Mechanism) -> Score:
+    """Return the expected gain of what is linear in its strength, or is tried as it is."""
+    if (freed := _freed(test, candidate, start)) is not None:
+        return freed
     grown = added(test.hypothesis, candidate, start)
-    try:
-        z = moved_to(grown, test.hypothesis, test.fit.z, small)
-        value = evaluate(grown, z, derivatives=False)
-    except (ValueError, np.linalg.LinAlgError):
-        return start, 0.0
-    if isinstance(start, Disturbance) or same:
-        return start, value.log_likelihood - test.fit.log_likelihood
+
+    def at(mechanism: Mechanism) -> Value | None:
+        z = moved_to(grown, test.hypothesis, test.fit.z, mechanism)
+        try:
+            return evaluate(grown, z, derivatives=False)
+        except (ValueError, np.linalg.LinAlgError):
+            return None
+
+    whole = at(start)
+    direct = -np.inf if whole is None else whole.log_likelihood - test.fit.log_likelihood
+    tried = Score(candidate, start, max(direct, 0.0))
+    small = start.scaled(SMALL)
+    near = None if isinstance(start, Disturbance) or small == start else at(small)
+    if near is None:
+        return tried
     directions = []
-    for run, here, part in zip(value.runs, test.runs, test.parts, strict=True):
+    for run, here, part in zip(near.runs, test.runs, test.parts, strict=True):
         change = (run.e - here.e)[:, :, None] / SMALL
         directions.append(part.whitened(np.ascontiguousarray(change)))
-    gain, strength = test.gains(directions)
-    score = _scaled(candidate, start, float(gain[0]), float(strength[0]))
-    return score.start, score.gain
+    gain, strength, shift = test.gains(directions)
+    score = _scaled(test, candidate, start, float(gain[0]), float(strength[0]), shift[:, 0])
+    return max(score, tried, key=lambda s: s.gain)
+
+
+def _freed(test: _ScoreTest, candidate: Candidate, start: Mechanism) -> Score | None:
+    """Return what freeing a parameter of the twin from its prior brings, if it is one.
+
+    What the calibration has moved it by becomes the change; the likelihood stays, the prior's cost
+    goes.
+    """
+    name = f"{start.name} {start.place}"
+    for unknown, z in zip(test.hypothesis.unknowns, test.fit.z, strict=True):
+        if unknown.name == name:
+            moved = unknown.value(float(z)) - unknown.value(0.0)
+            change = start.with_values({next(iter(start.parameters)): moved})
+            return Score(candidate, change, 0.5 * float(z) ** 2, {name: -float(z)})
+    return None
 
 
 def added(hypothesis: Hypothesis, candidate: Candidate, start: Mechanism) -> Hypothesis:

@@ -13,6 +13,7 @@ from twin.engine.hypothesis import Hypothesis
 from twin.engine.problem import Motion, Problem
 from twin.engine.screening import Score, added, moved_to, screen
 from twin.estimation.fit import Fit, fit
+from twin.estimation.likelihood import evaluate
 
 Array = NDArray[np.float64]
 
@@ -126,6 +127,8 @@ def _fitted(
 ) -> Explanation | None:
     grown = added(here, score.candidate, score.start)
     z = moved_to(grown, before.hypothesis, before.fit.z, score.start)
+    shift = np.array([score.shift.get(u.name, 0.0) for u in grown.unknowns])
+    z = max((z + shift, z), key=lambda x: _log_posterior(grown, x))
     spent = cost * len(grown.mechanisms)
     try:
         first = fit(grown, z, most=FIRST_STEPS, hopeless=top + spent)
@@ -137,6 +140,14 @@ def _fitted(
     if not np.isfinite(full.log_evidence):
         return None
     return Explanation(grown, full, full.log_evidence - spent)
+
+
+def _log_posterior(hypothesis: Hypothesis, z: Array) -> float:
+    try:
+        value = evaluate(hypothesis, z, derivatives=False).log_likelihood
+    except (ValueError, np.linalg.LinAlgError):
+        return -np.inf
+    return value - 0.5 * float(z @ z) if np.isfinite(value) else -np.inf
 
 
 def _without_needless(

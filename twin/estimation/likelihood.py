@@ -58,6 +58,7 @@ class Assembly:
         scales: of force, displacement and rate at each law's port, (l, 3).
         steps: parts of a sample in which the laws are stepped.
         held: inputs that are held from sample to sample, (r,).
+        trials: the recordings, in whose samples a fault may have been taken back.
     """
 
     systems: tuple[System, ...]
@@ -68,6 +69,7 @@ class Assembly:
     scales: Array
     steps: int
     held: NDArray[np.bool_]
+    trials: tuple[Trial, ...]
 
 
 @dataclass(frozen=True)
@@ -78,7 +80,8 @@ class Unknown:
         name: what it is.
         mean, deviation: of the prior (of the logarithm where ``log``).
         log: whether it is estimated through its logarithm.
-        role: what it changes: the system, the noise levels alone, or the laws' numbers alone.
+        role: what it changes: the system, the noise levels alone, the laws' numbers alone, or the
+            samples themselves (a fault that is taken back in them).
         trial: the one recording that it belongs to, or None.
     """
 
@@ -86,7 +89,7 @@ class Unknown:
     mean: float
     deviation: float
     log: bool = False
-    role: Literal["system", "noise", "law"] = "system"
+    role: Literal["system", "noise", "law", "samples"] = "system"
     trial: int | None = None
 
     def value(self, z: float) -> float:
@@ -144,6 +147,7 @@ class Value:
     gradient: Array
     information: Array
     runs: tuple[Run, ...]
+    trials: tuple[Trial, ...]
 
 
 def _each(function: Callable[[int], Run], count: int) -> list[Run]:
@@ -194,7 +198,7 @@ class _Sensitivity:
                     _difference(getattr(other.system, name), getattr(plant.system, name))
                 )
             out["numbers"].append(_difference(moved.numbers, here.numbers))
-            if self.model.unknowns[i].role == "law":
+            if self.model.unknowns[i].role in ("law", "samples"):
                 out["Kf"].append(np.zeros_like(base.state[0]))
                 out["Ku"].append(np.zeros_like(base.held[0]))
                 dS.append(np.zeros_like(base.innovation[0]))
@@ -290,11 +294,17 @@ def evaluate(model: Model, z: Array, derivatives: bool = True) -> Value:
         plant = plants[here.which[index]]
         gain = gains(plant, here.noises[index])
         slopes = slopes_of[index]
-        return run(here, model.trials[index], plant, gain, slopes[0] if slopes else None)
+        result = run(here, here.trials[index], plant, gain, slopes[0] if slopes else None)
+        if sensitivity and slopes:
+            for place, i in enumerate(slopes[2]):
+                if model.unknowns[i].role == "samples":
+                    moved = run(here, sensitivity.moved[i].trials[index], plant, gain)
+                    result.de[:, :, place] = _difference(moved.e, result.e)
+        return result
 
     runs = _each(one, len(model.trials))
     for index, result in enumerate(runs):
-        trial = model.trials[index]
+        trial = here.trials[index]
         blur = model.blur(index, result.f, result.sampled.system) if here.laws else None
         part = gaussian(result, trial, blur)
         log_likelihood += part.value
@@ -309,7 +319,7 @@ def evaluate(model: Model, z: Array, derivatives: bool = True) -> Value:
         H += 0.5 * len(trial.y) * np.einsum("ijp,jiq->pq", half, half)
         gradient[columns] += g
         information[np.ix_(columns, columns)] += H
-    return Value(log_likelihood, gradient, information, tuple(runs))
+    return Value(log_likelihood, gradient, information, tuple(runs), here.trials)
 
 
 @dataclass(frozen=True)

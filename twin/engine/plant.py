@@ -1,0 +1,187 @@
+"""A linear model with mechanisms as one state-space system for the predictor."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag, solve_continuous_lyapunov
+
+from twin.estimation.system import System
+from twin.mechanisms.instrument import Instrument
+from twin.mechanisms.mechanism import ChannelFault, Disturbance, Law, Mechanism, StructuralChange
+from twin.model.linear import LinearModel
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Plant:
+    """A system and what its states are: q, q', then latent forces and instruments.
+
+    Attributes:
+        system: for the predictor.
+        coordinates: how many q are.
+        start: covariance of the states after q and q' before the first sample, (k, k).
+        mass: diagonal of M, (n,).
+        stiffness: diagonal of K, (n,).
+    """
+
+    system: System
+    coordinates: int
+    start: Array
+    mass: Array
+    stiffness: Array
+
+
+def plant_of(
+    model: LinearModel,
+    mechanisms: Sequence[Mechanism],
+    latent: Sequence[tuple[str, float, float]],
+    readings: Mapping[str, float],
+) -> Plant:
+    """Return the plant of a model with mechanisms.
+
+    Args:
+        model: the structure as it stands.
+        mechanisms: in any order.
+        latent: port, RMS [N] and corner frequency [Hz] of each law's discrepancy.
+        readings: RMS of each output.
+    """
+    for mechanism in sorted(mechanisms, key=lambda m: m.stage):
+        if isinstance(mechanism, StructuralChange):
+            model = mechanism.edit(model)
+    laws = [m for m in mechanisms if isinstance(m, Law)]
+    n = len(model.coordinates)
+    inverse = np.linalg.inv(model.M)
+    lower = -inverse @ np.hstack([model.K, model.R])
+    A = np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), lower])
+    C = np.hstack([model.Cd, model.Cv]) + model.Ca @ lower
+
+    def entry(force: Array) -> tuple[Array, Array]:
+        """Return what forces on the coordinates do to states and outputs, columns (n, k)."""
+        acceleration = inverse @ force
+        return np.vstack([0 * acceleration, acceleration]), model.Ca @ acceleration
+
+    B, D = entry(model.B)
+    D = D + model.Cu
+    rows = np.array([model.port(law.place) for law in laws]).reshape(len(laws), n)
+    E, F = entry(-rows.T)
+    disturbed, through = entry(np.eye(n))
+    W, V = np.hstack([B, disturbed]), np.hstack([D, through])
+    drift, rate = np.hstack([rows, 0 * rows]), np.hstack([0 * rows, rows])
+    system = System(A, B, C, D, E, F, drift, rate, W, V, np.zeros((2 * n, 0)))
+    plant = Plant(system, n, np.zeros((0, 0)), np.diag(model.M), np.diag(model.K))
+    for port, rms, frequency in latent:
+        rate_of = 2 * np.pi * frequency
+        drive = np.array([rms * np.sqrt(2 * rate_of)])
+        force = entry(-model.port(port)[:, None])
+        plant = _driven(plant, *force, np.array([[-rate_of]]), drive, np.ones(1))
+    for mechanism in mechanisms:
+        if isinstance(mechanism, Disturbance):
+            plant = _driven(plant, *_entry_of(model, mechanism, entry), *mechanism.shaping())
+    for mechanism in mechanisms:
+        if isinstance(mechanism, ChannelFault):
+            plant = _seen_through(plant, model, mechanism, readings)
+    return plant
+
+
+def _entry_of(model: LinearModel, mechanism: Disturbance, entry: Any) -> tuple[Array, Array]:
+    """Return where a disturbance acts: at a port, or as an acceleration of the whole base."""
+    place = mechanism.place
+    if place in model.places("base"):
+        base = model.base[axis_of(model, place)]
+        force, read = entry(-base.row[:, None])
+        return force, read + base.acc[:, None]
+    force, read = entry(model.port(place)[:, None])
+    return force, read
+
+
+def axis_of(model: LinearModel, place: str) -> str:
+    """Return the axis of a place of kind "base"."""
+    return dict(zip(model.places("base"), model.base, strict=False))[place]
+
+
+def _driven(
+    plant: Plant, force: Array, read: Array, block: Array, drive: Array, shape: Array
+) -> Plant:
+    """Return the plant with a force that white noise makes through a filter."""
+    system, k = plant.system, len(block)
+    n = len(system.A)
+    into = np.zeros((n, k))
+    into[: len(force)] = force @ shape[None]
+    grown = _grown(system, k)
+    A = grown.A + np.block([[np.zeros((n, n)), into], [np.zeros((k, n)), block]])
+    C = grown.C + np.hstack([0 * system.C, read @ shape[None]])
+    column = np.concatenate([np.zeros(n), drive])[:, None]
+    start = solve_continuous_lyapunov(block, -np.outer(drive, drive))
+    grown = replace(grown, A=A, C=C, G=np.hstack([grown.G, column]))
+    return replace(plant, system=grown, start=block_diag(plant.start, start))
+
+
+def _seen_through(
+    plant: Plant, model: LinearModel, fault: ChannelFault, readings: Mapping[str, float]
+) -> Plant:
+    """Return the plant whose channels are read through a faulty instrument."""
+    system = plant.system
+    if all(name in model.inputs for name in fault.channels):
+        instrument = fault.instrument(0.0)
+        if instrument is None:
+            return plant
+        # the true input is what was recorded, taken back
+        at = [model.inputs.index(name) for name in fault.channels]
+        B, D = np.array(system.B), np.array(system.D)
+        inverse = np.linalg.inv(instrument.D)
+        B[:, at], D[:, at] = B[:, at] @ inverse, D[:, at] @ inverse
+        return replace(plant, system=replace(system, B=B, D=D))
+    rows = [model.outputs.index(name) for name in fault.channels]
+    instrument = fault.instrument(max(readings[name] for name in fault.channels))
+    if instrument is None:
+        return plant
+    return _read(plant, rows, instrument)
+
+
+def _read(plant: Plant, rows: Sequence[int], instrument: Instrument) -> Plant:
+    system, k = plant.system, len(instrument.A)
+    n, pick = len(system.A), list(rows)
+    grown = _grown(system, k)
+    A, B, E, W = (np.array(m) for m in (grown.A, grown.B, grown.E, grown.W))
+    A[n:, :n] = instrument.B @ system.C[pick]
+    A[n:, n:] = instrument.A
+    B[n:], E[n:] = instrument.B @ system.D[pick], instrument.B @ system.F[pick]
+    W[n:] = instrument.B @ system.V[pick]
+    C, D, F, V = (np.array(m) for m in (grown.C, grown.D, grown.F, grown.V))
+    for matrix in (C, D, F, V):
+        matrix[pick] = instrument.D @ matrix[pick]
+    C[pick, n:] = instrument.C
+    g = instrument.G.shape[1]
+    G = np.hstack([grown.G, np.zeros((n + k, g))])
+    if g:
+        G[n:, -g:] = instrument.G
+    out = replace(grown, A=A, B=B, E=E, W=W, C=C, D=D, F=F, V=V, G=G)
+    return replace(plant, system=out, start=block_diag(plant.start, instrument.start))
+
+
+def _grown(system: System, k: int) -> System:
+    """Return the system with k more states that nothing moves or sees yet."""
+
+    def tall(m: Array) -> Array:
+        return np.vstack([m, np.zeros((k, m.shape[1]))])
+
+    def wide(m: Array) -> Array:
+        return np.hstack([m, np.zeros((m.shape[0], k))])
+
+    return replace(
+        system,
+        A=wide(tall(system.A)),
+        B=tall(system.B),
+        C=wide(system.C),
+        E=tall(system.E),
+        W=tall(system.W),
+        G=tall(system.G),
+        drift=wide(system.drift),
+        rate=wide(system.rate),
+    )
