@@ -80,7 +80,8 @@ def places(
     if issubclass(cls, ChannelFault) and not cls.of_motor:
         of_kind = [name for name, kind in channels.items() if kind in cls.of_kinds]
         if cls.on == "channels":
-            return ["+".join(pair) for pair in combinations(of_kind, 2)]
+            pairs = combinations(of_kind, 2)
+            return ["+".join(pair) for pair in pairs if channels[pair[0]] == channels[pair[1]]]
         return of_kind
     if cls.on == "channel" or cls.on == "channels":
         return []

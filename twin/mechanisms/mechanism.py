@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 
 from twin.errors import ModelError, available
 from twin.mechanisms.instrument import Instrument
+from twin.mechanisms.surroundings import Surroundings as Surroundings
 from twin.mechanisms.units import of_port
 from twin.model.linear import LinearModel
 from twin.parameter import Parameter
@@ -46,41 +47,6 @@ MOTOR_OF = {"pendulum": "torque_pendulum"}
 """The actuator of a place that does not bear the actuator's own name."""
 
 Model = TypeVar("Model", LinearModel, SecondOrderModel)
-
-
-@dataclass(frozen=True)
-class Surroundings:
-    """What is known at a place before a mechanism there is fitted: scales for its first guesses.
-
-    Attributes:
-        stiffness: along the port [N/m], or a scale of it.
-        damping: along the port, the equivalent dashpot [N s/m].
-        mass: that moves with the port (at the base: of the base) [kg].
-        mass_above: that the port carries [kg].
-        height: of the port: what leans over it [m].
-        drift: estimated motion of the port [m], (samples,).
-        rate: its rate [m/s], (samples,).
-        reading: for a channel, what it recorded, in its unit, (samples,).
-        natural_frequencies: of the model [Hz].
-        duration_s: of the longest recording [s].
-        sampling_hz: of the recordings.
-        peaks: frequencies at which what is unexplained stands out [Hz].
-
-    At a port that turns, forces are torques, displacements angles and masses moments of inertia.
-    """
-
-    stiffness: float
-    damping: float
-    mass: float
-    mass_above: float
-    height: float
-    drift: Array
-    rate: Array
-    reading: Array
-    natural_frequencies: tuple[float, ...]
-    duration_s: float
-    sampling_hz: float
-    peaks: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -235,7 +201,8 @@ class ChannelFault(Mechanism):
     without loss, the inverse (``undo``). One that cannot is either a filter (``filter_hz``) or a
     limit (``limit``). For an estimator it is one of three things: a linear system between quantity
     and reading (``instrument``), something that is taken back in the samples (``in_samples``), or
-    samples to leave out (``spoiled``).
+    samples to leave out (``spoiled``). ``noise`` is
+    what it adds besides, and ``found`` reads off the samples what needs no model to be seen.
 
     Attributes of the class:
         of_kinds: quantities of the channels that can have it (``twin.quantity``).
@@ -275,6 +242,21 @@ class ChannelFault(Mechanism):
     def spoiled(self, reading: Array) -> NDArray[np.bool_]:
         """Return the samples that it hides, (samples,); they are left out, not explained."""
         return np.zeros(len(reading), bool)
+
+    def noise(self) -> float:
+        """Return the standard deviation of white noise that it adds to its channel."""
+        return 0.0
+
+    @classmethod
+    def found(cls, place: str, reading: Array, rate_hz: float) -> Self | None:
+        """Return the fault as it is read off a channel's samples, None where they show none.
+
+        Args:
+            place: the channel.
+            reading: its samples, (samples,).
+            rate_hz: samples per second.
+        """
+        return None
 
     def undo(self, columns: Mapping[str, Array], rate_hz: float) -> dict[str, Array]:
         """Return the channels as a sound instrument would have recorded them."""

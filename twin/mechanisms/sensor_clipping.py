@@ -68,6 +68,11 @@ class SensorClipping(ChannelFault):
         return np.asarray(np.abs(reading) >= self.level * (1 - 2 * READ_OFF))
 
     @classmethod
+    def found(cls, place: str, reading: Array, rate_hz: float) -> Self | None:
+        """Return the range that ends where readings pile up, None where they do not."""
+        return cls.piled(place, reading)
+
+    @classmethod
     def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:
         """Return where readings pile up, else the largest: one that clips has reached its end."""
         return (cls.piled(place, around.reading) or cls(place, peak(around.reading)),)
