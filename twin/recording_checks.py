@@ -64,11 +64,11 @@ def clipped_channels(recording: Recording) -> dict[str, int]:
     A converter at the end of its range repeats one value, which the signal reaches and leaves
     steeply; a quiet signal of few steps repeats its values too, but is never steep there.
     """
-    counts = {name: _clipped_samples(recording.column(name)) for name in recording.names}
+    counts = {name: clipped_samples(recording.column(name)) for name in recording.names}
     return {name: count for name, count in counts.items() if count}
 
 
-def _clipped_samples(x: Array) -> int:
+def clipped_samples(x: Array) -> int:
     """Return how many samples stand in plateaus at the largest or the smallest value."""
     limits = [limit for limit in (x.min(), x.max()) if _long_runs_at(x, limit)]
     if not limits:

@@ -1,0 +1,313 @@
+"""What may be wrong with one channel, read off its own samples.
+
+Every detector tests the hypothesis "this is a motion and white noise" and reports a fault where
+its statistic is larger than chance makes it in ``FALSE_ALARM`` of all channels without the fault;
+none knows a structure. What a detector cannot tell from a motion it does not report.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import signal, stats
+
+from twin.recording_checks import clipped_samples
+from twin.signals.noise_floor import noise_floor
+from twin.signals.whitening import HALF, innovations, local_scale, prediction_error_filter
+
+Array = NDArray[np.float64]
+
+FALSE_ALARM = 1e-6
+"""Probability that a detector reports a fault that one sound channel does not have."""
+
+MAINS_HZ = (50.0, 60.0)
+WANDER = 2e-3
+"""Share by which the frequency of the mains strays."""
+
+HARMONICS = 3
+TAPERS, BANDWIDTH = 7, 4.0
+"""Slepian tapers and their half bandwidth over the resolution (Thomson 1982)."""
+
+SLOW = 8.0
+"""Periods a record up to which a motion counts as its baseline: 14 tapers, 13 degrees of freedom
+for an offset and ten for a bend."""
+
+BENDS = 3
+"""A baseline is a polynomial of this degree."""
+
+LEAVES = 3.0
+"""Steps of the converter by which a held value is left at least: a smooth signal that stays L
+samples within one step lies within (1 + 2/L)^2 steps one sample further, 2.8 for three."""
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A fault of a channel.
+
+    Attributes:
+        name: clipping, dead_tail, dropout, spikes, offset, drift, hum or quantisation.
+        size: how large it is, in the channel's unit (of clipping, dropouts and dead tails: how
+            many samples).
+        samples: first and last sample of each stretch that it spoils, or ().
+        words: one short sentence.
+    """
+
+    name: str
+    size: float
+    samples: tuple[tuple[int, int], ...] = ()
+    words: str = ""
+
+
+def channel_faults(x: Array, rate_hz: float, kind: str = "acc") -> tuple[Fault, ...]:
+    """Return everything that is wrong with a channel.
+
+    Args:
+        x: samples, (samples,).
+        rate_hz: sampling rate [Hz].
+        kind: quantity (``twin.quantity``): the baseline of an acceleration is known to be zero, a
+            blow's force is no spike.
+    """
+    found = [clipping(x), dead_tail(x), dropouts(x), hum(x, rate_hz), quantisation(x)]
+    if kind in ("acc", "angacc"):
+        found += [offset(x), drift(x)]
+    if kind not in ("force", "torque"):
+        found.append(spikes(x))
+    return tuple(fault for fault in found if fault is not None)
+
+
+def clipping(x: Array) -> Fault | None:
+    """Return whether the channel ran into the ends of its range.
+
+    Plateaus at the largest or smallest value that are entered and left steeply: no smooth signal
+    has one, whatever its quantisation, so there is no false alarm to state.
+    """
+    count = clipped_samples(np.asarray(x, float))
+    if not count:
+        return None
+    return Fault("clipping", count, (), f"{count} samples stand at the end of its range")
+
+
+def dead_tail(x: Array) -> Fault | None:
+    """Return whether the channel stands still from some sample on to the end.
+
+    Of pairs of neighbours outside the tail a share p is equal; n pairs have a run of L equal ones
+    by chance with probability n p^L at most. A value at which the record also begins is rest.
+    """
+    x = np.asarray(x, float)
+    moving = np.flatnonzero(np.diff(x))
+    if not len(moving):
+        return None
+    first = int(moving[-1]) + 1
+    length = len(x) - 1 - first
+    rests = x[first] == x[0] or x[first] == np.median(x[:first])
+    if rests or not _rare(length, int(np.count_nonzero(np.diff(x[:first]) == 0)), first):
+        return None
+    words = f"it stands still from sample {first + 1} to the end"
+    return Fault("dead_tail", length + 1, ((first, len(x) - 1),), words)
+
+
+def dropouts(x: Array) -> Fault | None:
+    """Return whether stretches of the channel repeat one value and then jump.
+
+    As for ``dead_tail``, and the run is left by more than a smooth signal can that stayed within
+    one step for so long. Rest and the ends of the range are no dropouts.
+    """
+    x = np.asarray(x, float)
+    steps = np.abs(np.diff(x))
+    if not np.any(steps):
+        return None
+    smallest = float(np.min(steps[steps > 1e-9 * np.ptp(x)]))
+    starts = np.concatenate([[0], np.flatnonzero(steps) + 1])
+    lengths = np.diff(np.append(starts, len(x)))
+    ties = int(np.sum(lengths - 1))
+    ends = (x.min(), x.max(), float(np.median(x)), 0.0)
+    found = []
+    for first, length in zip(starts, lengths, strict=True):
+        last = int(first + length - 1)
+        if int(length) < 3 or first == 0 or last + 1 == len(x) or x[first] in ends:
+            continue
+        others = ties - int(length - 1)
+        if steps[last] > LEAVES * smallest and _rare(int(length - 1), others, len(x)):
+            found.append((int(first), last))
+    if not found:
+        return None
+    count = sum(last - first for first, last in found)
+    return Fault("dropout", count, tuple(found), f"{count} samples repeat the one before them")
+
+
+def spikes(x: Array) -> Fault | None:
+    """Return whether single samples are wrong.
+
+    A wrong sample leaves the shape of the prediction-error filter in the innovations, a blow to
+    the structure leaves one innovation: the matched filter's output, over the size of the
+    innovations around it, is Student's where nothing is wrong; and what is left beside the shape
+    must be noise, too.
+    """
+    x = np.asarray(x, float)
+    if len(x) < 4 * HALF or not np.ptp(x):
+        return None
+    taps = prediction_error_filter(x)
+    e = innovations(x, taps)
+    scale = local_scale(e)
+    norm = float(np.sqrt(taps @ taps))
+    size = np.correlate(e, taps, "valid") / norm**2  # of a wrong sample k, at k
+    local = np.maximum(scale[: len(size)], scale[len(taps) - 1 :])
+    # a median of 129 is worth 48 degrees of freedom: it has 0.37 of the mean's efficiency
+    level = -float(stats.t.ppf(FALSE_ALARM / (2 * len(x)), 0.37 * (2 * HALF + 1)))
+    power = float(stats.chi2.isf(FALSE_ALARM, len(taps)))
+    found = []
+    for k in np.flatnonzero(np.abs(size) * norm > level * local):
+        rest = e[k : k + len(taps)] - size[k] * taps
+        before = e[max(k - len(taps), 0) : k]
+        calm = len(before) == len(taps) and np.max(np.abs(before)) <= level * local[k]
+        if calm and float(rest @ rest) <= power * local[k] ** 2:
+            found.append(int(k))
+    found = _peaks(found, np.abs(size))
+    if not found:
+        return None
+    largest = float(np.max(np.abs(size[found])))
+    words = f"{len(found)} single samples are off, by up to {largest:.3g}"
+    return Fault("spikes", largest, tuple((k, k) for k in found), words)
+
+
+def offset(x: Array) -> Fault | None:
+    """Return whether an acceleration has a mean: Student's test on its slowest part.
+
+    Slepian tapers take from the record what is slower than ``SLOW`` periods a record; the constant
+    is tested against what else is there.
+    """
+    slow, basis = _baseline(x)
+    one = basis[:, 0]
+    mean = float(one @ slow / (one @ one))
+    rest = slow - mean * one
+    spread = np.sqrt(float(rest @ rest) / (len(slow) - 1) / float(one @ one))
+    limit = -float(stats.t.ppf(FALSE_ALARM / 2, len(slow) - 1))
+    if abs(mean) <= limit * spread or abs(mean) < 1e-12 * np.max(np.abs(x)):
+        return None
+    return Fault("offset", mean, (), f"its mean is {mean:.3g}, not zero")
+
+
+def drift(x: Array) -> Fault | None:
+    """Return whether the baseline of an acceleration bends: Fisher's test on its slowest part.
+
+    A polynomial of third degree, its mean left to ``offset``, against what else is there.
+    """
+    slow, basis = _baseline(x)
+    value = np.linalg.lstsq(basis, slow, rcond=None)[0]
+    rest = slow - basis @ value
+    flat = slow - basis[:, 0] * (basis[:, 0] @ slow / (basis[:, 0] @ basis[:, 0]))
+    freedom = len(slow) - BENDS - 1
+    less = max(float(flat @ flat - rest @ rest), 0.0)
+    ratio = (less / BENDS) / max(float(rest @ rest) / freedom, 1e-300)
+    at = np.linspace(-1, 1, 101)
+    size = float(np.ptp(np.polynomial.legendre.legvander(at, BENDS)[:, 1:] @ value[1:]))
+    if ratio <= stats.f.isf(FALSE_ALARM, BENDS, freedom) or size < 1e-12 * np.max(np.abs(x)):
+        return None
+    return Fault("drift", size, (), f"its baseline drifts by {size:.3g}")
+
+
+def _baseline(x: Array) -> tuple[Array, Array]:
+    """Return what the slowest tapers see of a record, and of the polynomials that bend it."""
+    x = np.asarray(x, float)
+    count = round(2 * SLOW) - 2
+    if len(x) < 4 * count:
+        return np.zeros(count), np.eye(count, BENDS + 1)
+    tapers = _tapers(len(x), SLOW, count)
+    at = np.linspace(-1, 1, len(x))
+    return tapers @ x, tapers @ np.polynomial.legendre.legvander(at, BENDS)
+
+
+def hum(x: Array, rate_hz: float) -> Fault | None:
+    """Return whether a channel carries the mains: Thomson's test for a line at its harmonics.
+
+    Source: Thomson 1982, Proceedings of the IEEE 70, section XIII. The record is tested as a whole
+    and in halves, as a blow in one of them covers the line. Where a rate is too low for the
+    mains the line is looked for where it folds to.
+    """
+    x = np.asarray(x, float)
+    half = len(x) // 2
+    found = [f for part in (x, x[:half], x[half:]) if (f := _line(part, rate_hz)) is not None]
+    if not found:
+        return None
+    _, frequency, amplitude = max(found)
+    words = f"a line of the mains at {frequency:.4g} Hz with amplitude {amplitude:.3g}"
+    return Fault("hum", amplitude, (), words)
+
+
+def _line(x: Array, rate_hz: float) -> tuple[float, float, float] | None:
+    """Return ratio, frequency [Hz] and amplitude of the strongest line of the mains, or None."""
+    n = len(x)
+    if n < 64 or not np.ptp(x):
+        return None
+    tapers = _tapers(n, BANDWIDTH, TAPERS)
+    fine = 2 ** int(np.ceil(np.log2(4 * n)))
+    spectra = np.fft.rfft(tapers * (x - np.mean(x)), fine, axis=1)
+    weight = tapers.sum(axis=1)
+    mean = weight @ spectra / (weight @ weight)
+    rest = np.sum(np.abs(spectra - weight[:, None] * mean) ** 2, axis=0)
+    ratio = (TAPERS - 1) * np.abs(mean) ** 2 * (weight @ weight) / np.maximum(rest, 1e-300)
+    frequency = np.fft.rfftfreq(fine, 1 / rate_hz)
+    lowest = BANDWIDTH * rate_hz / n
+    best: tuple[float, float, float] | None = None
+    for mains in MAINS_HZ:
+        for order in range(1, HARMONICS + 1):
+            folded = abs((order * mains + rate_hz / 2) % rate_hz - rate_hz / 2)
+            near = np.abs(frequency - folded) <= WANDER * order * mains
+            near &= (frequency > lowest) & (frequency < rate_hz / 2 - lowest)
+            tests = 3 * np.count_nonzero(near) * len(MAINS_HZ) * HARMONICS
+            if not tests:
+                continue
+            k = int(np.argmax(np.where(near, ratio, 0)))
+            limit = stats.f.isf(FALSE_ALARM / tests, 2, 2 * TAPERS - 2)
+            if ratio[k] > limit and (best is None or ratio[k] > best[0]):
+                best = (float(ratio[k]), float(frequency[k]), float(2 * np.abs(mean[k])))
+    return best
+
+
+def quantisation(x: Array) -> Fault | None:
+    """Return whether the steps of the converter are its noise: the step over sqrt(12) is it all.
+
+    Readings of a converter are whole multiples of its step, which chance never makes of readings
+    without one. It is a fault where rounding brings at least half of the noise's power.
+    """
+    x = np.asarray(x, float)
+    levels = np.unique(x)
+    if len(levels) < 3 or 4 * len(levels) > len(x):
+        return None
+    gaps = np.diff(levels)
+    step = float(np.min(gaps[gaps > 1e-9 * np.ptp(x)]))
+    counts = (levels - levels[0]) / step
+    if np.max(np.abs(counts - np.round(counts))) > 0.01:
+        return None
+    floor = noise_floor(x)
+    if step**2 / 12 < floor**2 / 2:
+        return None
+    words = f"its steps of {step:.3g} are coarser than its noise: {len(levels)} different values"
+    return Fault("quantisation", step, (), words)
+
+
+@lru_cache(maxsize=8)
+def _tapers(samples: int, bandwidth: float, count: int) -> Array:
+    """Return Slepian tapers, (count, samples); the channels of a recording share them."""
+    return np.asarray(signal.windows.dpss(samples, bandwidth, count))
+
+
+def _rare(length: int, ties: int, pairs: int) -> bool:
+    """Return whether a run of so many equal pairs is rarer than a false alarm may be."""
+    share = (ties + 1) / (pairs + 2)
+    return length >= 2 and np.log(max(pairs, 1)) + length * np.log(share) < np.log(FALSE_ALARM)
+
+
+def _peaks(at: list[int], size: Array) -> list[int]:
+    """Return of samples beside each other the largest."""
+    kept: list[int] = []
+    for k in at:
+        if kept and k - kept[-1] <= 1:
+            if size[k] > size[kept[-1]]:
+                kept[-1] = k
+        else:
+            kept.append(k)
+    return kept
