@@ -73,15 +73,7 @@ def _effect(
     if element.law is None or element.port not in model.ports:
         return Effect(element, np.nan, "", np.nan)
     row = model.port(element.port)
-    seen = replace(
-        model,
-        outputs=("drift", "rate"),
-        Cd=np.vstack([row, 0 * row]),
-        Cv=np.vstack([0 * row, row]),
-        Ca=np.zeros((2, len(row))),
-        Cu=np.zeros((2, len(model.inputs))),
-        rest=np.zeros(2),
-    )
+    seen = model.seeing(np.vstack([row, 0 * row]), np.vstack([0 * row, row]))
     drift, rate = free_run(seen, u, rate_hz).T
     pushed = replace(
         model,

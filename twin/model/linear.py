@@ -270,6 +270,20 @@ class LinearModel:
             left_out=left_out,
         )
 
+    def seeing(self, displacement: Array, velocity: Array) -> LinearModel:
+        """Return the model whose outputs are rows of q and of q', each (k, n), added up."""
+        k = len(displacement)
+        return replace(
+            self,
+            outputs=tuple(f"y{number}" for number in range(1, k + 1)),
+            Cd=displacement,
+            Cv=velocity,
+            Ca=np.zeros((k, len(self.coordinates))),
+            Cu=np.zeros((k, len(self.inputs))),
+            rest=np.zeros(k),
+            base={},
+        )
+
     def state_space(self) -> StateSpace:
         """Return the continuous-time model of the state [q, q'] from u to y - rest."""
         n = len(self.coordinates)
