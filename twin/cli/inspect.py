@@ -25,6 +25,10 @@ def inspect(
     ],
     channel_map: Map = None,
     rate: Rate = None,
+    model: Annotated[
+        str | None,
+        typer.Option("--model", help="Of a recording: suggest a --map to this model's channels."),
+    ] = None,
     json: Json = None,
 ) -> None:
     """List what a model offers, or what a recording holds.
@@ -48,5 +52,5 @@ def inspect(
             f"{', '.join(shipped_names())}"
         )
     import_module("twin.cli.inspect_recording").inspect_recording(
-        Path(what), channel_map, rate, json
+        Path(what), channel_map, rate, json, model
     )

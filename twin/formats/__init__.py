@@ -13,7 +13,7 @@ from twin.files import write_whole
 from twin.formats.assemble import assemble
 from twin.formats.channel_map import parse_channel_map
 from twin.formats.contents import check_contents
-from twin.formats.table import decoding
+from twin.formats.table import Table, decoding
 from twin.recording import Recording
 from twin.recording_checks import clipping_warnings
 
@@ -59,11 +59,24 @@ def read_recording(
         TwinError: one line that names the file and, where they are to blame, column and row.
     """
     path = Path(path)
+    table = open_table(path)
+    with decoding(path, path.suffix):
+        recording = assemble(table, channel_map, sampling_hz)
+    return replace(recording, notes=recording.notes + clipping_warnings(recording))
+
+
+def open_table(path: str | Path) -> Table:
+    """Return what a file offers, its samples not yet loaded.
+
+    Raises:
+        TwinError: one line that names the file.
+    """
+    path = Path(path)
     check_contents(path, ", ".join(FORMATS))
     module = _module(path, tuple(FORMATS), "read")
     with decoding(path, path.suffix):
-        recording = assemble(module.read(path), channel_map, sampling_hz)
-    return replace(recording, notes=recording.notes + clipping_warnings(recording))
+        table: Table = module.read(path)
+    return table
 
 
 def write_recording(recording: Recording, path: str | Path) -> Path:
@@ -93,6 +106,7 @@ def _module(path: Path, suffixes: tuple[str, ...], done: str) -> Any:
 __all__ = [
     "FORMATS",
     "WRITTEN",
+    "open_table",
     "parse_channel_map",
     "read_recording",
     "write_recording",
