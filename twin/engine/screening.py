@@ -20,6 +20,7 @@ from twin.engine.candidates import Candidate
 from twin.engine.hypothesis import Hypothesis
 from twin.engine.problem import Motion
 from twin.estimation.fit import Fit
+from twin.estimation.fit import fit as climb
 from twin.estimation.laws import MOST_NUMBERS, pointers
 from twin.estimation.laws import Law as Compiled
 from twin.estimation.likelihood import Run, Value, evaluate, gaussian
@@ -29,6 +30,20 @@ Array = NDArray[np.float64]
 
 SMALL = 1e-4
 """Strength, as a share of a first guess, at which a linear candidate's direction is taken."""
+
+PART = 1024
+"""Samples of each recording that valleys are looked for in: four seconds at 256 Hz, enough to tell
+resonances a quarter of a hertz apart; the fit that follows sees all."""
+
+FOLLOWED = 4
+"""Valleys of a candidate that are followed, those whose beginnings are likeliest."""
+
+WIDE = 2.0
+"""Process noise that a fit begins with where it is far off, in prior deviations: 5 % of the inertia
+forces, so that errors of as much do not end it."""
+
+VALLEY_STEPS = 6
+"""Gauss-Newton steps in each valley; the fit that follows takes the rest."""
 
 REACH = (0.02, 50.0)
 """Strengths, as shares of a first guess, that a fit may start from: beyond, another first guess or
@@ -59,8 +74,10 @@ def screen(
     value = evaluate(hypothesis, fit.z)
     test = _ScoreTest(hypothesis, fit, value)
     laws = [(c, s) for c in candidates for s in c.starts if isinstance(s, Law)]
-    others = [(c, s) for c in candidates for s in c.starts if not isinstance(s, Law)]
+    rest = [c for c in candidates if not isinstance(c.starts[0], Law)]
+    others = [(c, s) for c in rest for s in c.starts if c.starts[0].valleys == 1]
     scores = _of_laws(test, laws, moved)
+    scores += _of_valleys(fit, hypothesis, [c for c in rest if c.starts[0].valleys > 1])
     scores += [_of_linear(test, candidate, start) for candidate, start in others]
     best: dict[tuple[str, str], Score] = {}
     for score in scores:
@@ -257,6 +274,74 @@ def _of_linear(test: _ScoreTest, candidate: Candidate, start: Mechanism) -> Scor
     gain, strength, shift = test.gains(directions)
     score = _scaled(test, candidate, start, float(gain[0]), float(strength[0]), shift[:, 0])
     return max(score, tried, key=lambda s: s.gain)
+
+
+def _of_valleys(fit: Fit, hypothesis: Hypothesis, candidates: Sequence[Candidate]) -> list[Score]:
+    """Return what candidates with several valleys promise: short fits on a part of the samples.
+
+    Something that resonates by itself has no direction at strength zero that shows what it does.
+    """
+    if not candidates:
+        return []
+    problem = hypothesis.problem
+    part = replace(
+        problem,
+        recordings=tuple(replace(r, u=r.u[:PART], y=r.y[:PART]) for r in problem.recordings),
+    )
+    share = problem.samples / part.samples
+    short = replace(hypothesis, problem=part)
+    here = climb(short, fit.z, most=2)
+    known = {u.name: z for u, z in zip(hypothesis.unknowns, fit.z, strict=True)}
+    scores = []
+    for candidate in candidates:
+        best = Score(candidate, candidate.starts[0], 0.0)
+        begun = []
+        for start in candidate.starts:
+            grown = added(short, candidate, start)
+            begun.append(likeliest(grown, beginnings(grown, moved_to(grown, short, here.z, start))))
+        begun.sort(key=lambda pair: -pair[0])
+        for _, z, grown in begun[:FOLLOWED]:
+            try:
+                found = climb(grown, z, most=VALLEY_STEPS)
+            except (ValueError, np.linalg.LinAlgError):
+                continue
+            gain = share * (found.log_posterior - here.log_posterior)
+            if gain > best.gain:
+                shift = {
+                    u.name: float(x) - known[u.name]
+                    for u, x in zip(grown.unknowns, found.z, strict=True)
+                    if u.role != "noise" and u.name in known
+                }
+                best = Score(candidate, grown.at(found.z)[-1], gain, shift)
+        scores.append(best)
+    return scores
+
+
+def widened(hypothesis: Hypothesis, z: Array) -> Array:
+    """Return values with so much process noise that a model far off still has a likelihood."""
+    wide = [u.name.startswith("process noise") for u in hypothesis.unknowns]
+    return np.where(wide, np.maximum(z, WIDE), z)
+
+
+def beginnings(hypothesis: Hypothesis, z: Array) -> list[Array]:
+    """Return where a fit may begin: as it is, with wide process noise, with the nominal twin."""
+    nominal = z.copy()
+    nominal[: len(hypothesis.problem.base_unknowns)] = 0.0
+    return [z, widened(hypothesis, z), widened(hypothesis, nominal)]
+
+
+def likeliest(hypothesis: Hypothesis, options: Sequence[Array]) -> tuple[float, Array, Hypothesis]:
+    """Return the values with the greatest log posterior: that, the values, the hypothesis."""
+
+    def posterior(z: Array) -> float:
+        try:
+            value = evaluate(hypothesis, z, derivatives=False).log_likelihood
+        except (ValueError, np.linalg.LinAlgError):
+            return -np.inf
+        return value - 0.5 * float(z @ z) if np.isfinite(value) else -np.inf
+
+    scored = [(posterior(z), z) for z in options]
+    return (*max(scored, key=lambda pair: pair[0]), hypothesis)
 
 
 def _freed(test: _ScoreTest, candidate: Candidate, start: Mechanism) -> Score | None:

@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 from twin.engine.candidates import Candidate, motions, scales_of
 from twin.engine.hypothesis import Hypothesis
 from twin.engine.problem import Motion, Problem
-from twin.engine.screening import Score, added, moved_to, screen
+from twin.engine.screening import Score, added, beginnings, likeliest, moved_to, screen, widened
 from twin.estimation.fit import Fit, fit
-from twin.estimation.likelihood import evaluate
 
 Array = NDArray[np.float64]
 
@@ -71,7 +70,7 @@ Offer = Callable[[Sequence[Motion]], Sequence[Candidate]]
 
 def start_of(hypothesis: Hypothesis) -> Array:
     """Return where a first fit begins: a process noise that is wide, so that nothing is far."""
-    return np.array([1.5 if u.name.startswith("process") else 0.0 for u in hypothesis.unknowns])
+    return widened(hypothesis, np.zeros(len(hypothesis.unknowns)))
 
 
 def search(
@@ -128,7 +127,7 @@ def _fitted(
     grown = added(here, score.candidate, score.start)
     z = moved_to(grown, before.hypothesis, before.fit.z, score.start)
     shift = np.array([score.shift.get(u.name, 0.0) for u in grown.unknowns])
-    z = max((z + shift, z), key=lambda x: _log_posterior(grown, x))
+    _, z, _ = likeliest(grown, [z, *beginnings(grown, z + shift)])
     spent = cost * len(grown.mechanisms)
     try:
         first = fit(grown, z, most=FIRST_STEPS, hopeless=top + spent)
@@ -140,14 +139,6 @@ def _fitted(
     if not np.isfinite(full.log_evidence):
         return None
     return Explanation(grown, full, full.log_evidence - spent)
-
-
-def _log_posterior(hypothesis: Hypothesis, z: Array) -> float:
-    try:
-        value = evaluate(hypothesis, z, derivatives=False).log_likelihood
-    except (ValueError, np.linalg.LinAlgError):
-        return -np.inf
-    return value - 0.5 * float(z @ z) if np.isfinite(value) else -np.inf
 
 
 def _without_needless(
