@@ -35,9 +35,6 @@ PART = 1024
 """Samples of each recording that valleys are looked for in: four seconds at 256 Hz, enough to tell
 resonances a quarter of a hertz apart; the fit that follows sees all."""
 
-FOLLOWED = 4
-"""Valleys of a candidate that are followed, those whose beginnings are likeliest."""
-
 WIDE = 2.0
 """Process noise that a fit begins with where it is far off, in prior deviations: 5 % of the inertia
 forces, so that errors of as much do not end it."""
@@ -300,7 +297,7 @@ def _of_valleys(fit: Fit, hypothesis: Hypothesis, candidates: Sequence[Candidate
             grown = added(short, candidate, start)
             begun.append(likeliest(grown, beginnings(grown, moved_to(grown, short, here.z, start))))
         begun.sort(key=lambda pair: -pair[0])
-        for _, z, grown in begun[:FOLLOWED]:
+        for _, z, grown in begun[: candidate.starts[0].valleys]:
             try:
                 found = climb(grown, z, most=VALLEY_STEPS)
             except (ValueError, np.linalg.LinAlgError):
