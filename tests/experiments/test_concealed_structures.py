@@ -21,6 +21,8 @@ from experiments.concealed.structures.slender import beam
 from experiments.concealed.structures.stepping import simulate, system_of
 from experiments.concealed.tables import STRUCTURES
 from twin.linearise import linearise
+from twin.model import Twin
+from twin.model.free_run import free_run
 from twin.model_files import shipped
 
 
@@ -93,6 +95,25 @@ def test_the_integrator_is_that_of_the_matrix_exponential():
     )
     exact = expm(state) @ np.r_[np.zeros(2 * n), 1.0]
     np.testing.assert_allclose(states[-1], exact[:-1], rtol=1e-8, atol=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("table", "kind", "inputs"),
+    [
+        ("portal", "random", ("force_floor1_x", "force_floor2_y")),
+        ("portal", "ground", ("y",)),
+        ("beam", "ground", ("x",)),
+        ("rotated", "hammer", ("force_b",)),
+    ],
+)
+def test_with_nothing_concealed_the_model_that_is_told_foresees_it_all(table, kind, inputs):
+    chosen = KINDS[table]
+    trial = Trial("train_1", kind, inputs, 0.2, 1.0, 3)
+    driven, seen, _ = moved(chosen.assemble({}), (), trial, chosen.kit)
+    model = Twin.load(chosen.model).linear(tuple(driven), tuple(seen))
+    predicted = free_run(model, np.column_stack(list(driven.values())), 4096.0) - model.rest
+    true = np.column_stack(list(seen.values()))
+    np.testing.assert_allclose(predicted, true, atol=2e-4 * np.abs(true).max())
 
 
 def test_dry_friction_along_any_row_takes_the_work_that_it_should():

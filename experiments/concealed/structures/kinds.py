@@ -52,7 +52,7 @@ KINDS: dict[str, Kind] = {
     ),
     "beam": Kind(
         "cantilever", beam,
-        Kit((0.5, 70.0), (0.3, 3.0), (0.01, 0.1), axes=("x",), substeps=2),
+        Kit((0.5, 30.0), (0.1, 1.0), (0.01, 0.1), axes=("x",), softness=4.0, substeps=2),
         _round(hinge=9, mass=2, base=2, point=2, channel=1, two=2, nothing=2),
     ),
     "drive": Kind(

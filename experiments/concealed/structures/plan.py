@@ -23,6 +23,7 @@ class Kit:
         rms_n: of each shaker.
         ground: RMS of a shaken ground's acceleration [m/s^2].
         axes: along which the ground is shaken; none for no such test.
+        softness: how much longer a hit lasts than that of a hard tip on a frame (6 to 14 ms).
         substeps: of the integrator in a step of its grid.
         loop: stiffness and damping of a position loop, for a drive; None for force tests.
     """
@@ -32,6 +33,7 @@ class Kit:
     rms_n: tuple[float, float]
     ground: tuple[float, float] = (0.1, 0.6)
     axes: tuple[str, ...] = ()
+    softness: float = 1.0
     substeps: int = 1
     loop: tuple[float, float] | None = None
 
@@ -121,7 +123,7 @@ def signals(trial: Trial, kit: Kit) -> Array:
     columns = []
     for _ in trial.inputs:
         if trial.kind == "hammer":
-            columns.append(_hits(rng, trial, time))
+            columns.append(_hits(rng, trial, kit, time))
         elif trial.kind == "motion":
             columns.append(_path(rng, trial, time))
         else:
@@ -131,11 +133,12 @@ def signals(trial: Trial, kit: Kit) -> Array:
     return found
 
 
-def _hits(rng: np.random.Generator, trial: Trial, time: Array) -> Array:
+def _hits(rng: np.random.Generator, trial: Trial, kit: Kit, time: Array) -> Array:
     force, at = np.zeros(len(time)), rng.uniform(0.5, 1.5)
     side = rng.choice([-1.0, 1.0])
     while at < trial.duration_s - 2.0:
-        width, peak = rng.uniform(0.006, 0.014), trial.level * rng.uniform(0.6, 1.3)
+        width = kit.softness * rng.uniform(0.006, 0.014)
+        peak = trial.level * rng.uniform(0.6, 1.3)
         inside = (time > at) & (time < at + width)
         force[inside] += side * peak * np.sin(np.pi * (time[inside] - at) / width)
         at += rng.uniform(2.5, 6.0)
