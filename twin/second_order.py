@@ -65,6 +65,11 @@ class SecondOrderModel:
                 found[name] = Port(name, "motion", row, "m", f"body {name}", np.eye(3)[0])
         return found
 
+    @property
+    def driven(self) -> dict[str, str]:
+        """The pendulum's motor -> the pendulum, where there is one."""
+        return {f"torque_{PENDULUM}": PENDULUM} if PENDULUM in self.coordinates else {}
+
     def port(self, name: str) -> Array:
         """Return the row b with a port's motion = b^T x, (n,); "A-B" is a relative motion.
 

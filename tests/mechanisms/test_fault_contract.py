@@ -7,6 +7,8 @@ import pytest
 from mechanism_support import error
 from test_mechanism_contract import ALL, CHANNELS, DRIFT, example, ident, read_off
 
+from twin import mechanisms
+from twin.errors import ModelError
 from twin.mechanisms.mechanism import ChannelFault
 
 FAULTS = [c for c in ALL.values() if issubclass(c, ChannelFault)]
@@ -42,3 +44,12 @@ def test_a_fault_changes_its_channels_alone_and_is_undone_or_has_states_or_is_re
             np.testing.assert_allclose(recorded[name], values, atol=1e-15)
         volume = -np.linalg.slogdet(described.D)[1]
         assert start.log_volume() == pytest.approx(volume, abs=1e-12)
+
+
+def test_an_unknown_mechanism_or_value_is_an_error_that_lists_what_there_is():
+    with pytest.raises(ModelError, match="no mechanism 'ghost'; there are appendage, base"):
+        mechanisms.from_json({"mechanism": "ghost", "location": "floor1"})
+    with pytest.raises(ModelError, match="no value 'mass'; there are change"):
+        mechanisms.from_json({"mechanism": "mass", "location": "floor1", "values": {"mass": 1}})
+    with pytest.raises(ModelError, match="no location"):
+        mechanisms.from_json({"mechanism": "mass"})

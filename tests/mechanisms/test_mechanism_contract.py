@@ -208,6 +208,20 @@ def test_a_law_broadcasts_many_variants_and_grows_with_its_strength(cls):
     np.testing.assert_allclose(twice.force(drift, rate, state, time), 2 * one, rtol=1e-9)
 
 
+@pytest.mark.parametrize("law", [case[0] for case in LAWS], ids=ident)
+def test_a_law_s_slope_jumps_at_its_corners_and_nowhere_else(law):
+    corners = () if law.corners is None else type(law).corners(*law.numbers)
+    drift = np.linspace(-0.02, 0.02, 40001)
+    force = law.force(drift, 0.3, 0.0, 1.0) + 0 * drift
+    bend = np.abs(np.diff(force, 2))
+    for corner in corners:
+        at = int(np.argmin(np.abs(drift[1:-1] - corner)))
+        bend[max(at - 1, 0) : at + 2] = 0.0
+    smooth = 10 * np.median(bend) + 1e-12 * np.ptp(force)
+    assert bend.max() <= smooth
+    assert bool(corners) == (law.name in ("bumper", "clearance", "restoring_force"))
+
+
 @pytest.mark.parametrize("change", CHANGES, ids=ident)
 def test_a_change_of_the_structure_is_the_same_as_matrices_and_in_mujoco(change):
     assert isinstance(change, StructuralChange)
@@ -280,12 +294,3 @@ def test_a_wrong_place_is_an_error_that_lists_the_places(cls):
     if issubclass(cls, StructuralChange):
         with pytest.raises(ModelError, match=there[cls.on]):
             elsewhere.edit(frame().second_order())
-
-
-def test_an_unknown_mechanism_or_value_is_an_error_that_lists_what_there_is():
-    with pytest.raises(ModelError, match="no mechanism 'ghost'; there are appendage, base"):
-        mechanisms.from_json({"mechanism": "ghost", "location": "floor1"})
-    with pytest.raises(ModelError, match="no value 'mass'; there are change"):
-        mechanisms.from_json({"mechanism": "mass", "location": "floor1", "values": {"mass": 1}})
-    with pytest.raises(ModelError, match="no location"):
-        mechanisms.from_json({"mechanism": "mass"})

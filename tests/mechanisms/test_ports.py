@@ -138,6 +138,47 @@ def test_a_port_is_the_same_row_to_mathematics_and_to_the_edit_of_the_model(name
         assert rest.motion(place).mass == pytest.approx(model.carried(place))
 
 
+def test_a_port_knows_what_leans_over_it():
+    ports = linear("portal_3d").ports
+    assert ports["storey2_x"].height == pytest.approx(0.312)
+    assert ports["storey2_column1_x"].carries == ("floor2", "floor2_load1")
+    chain = Twin.load("two_storey").linear(["force_floor2"], ["acc_floor2"]).ports
+    assert chain["storey2"].height == pytest.approx(0.3189, abs=1e-3)
+    beam = linear("cantilever").ports
+    assert beam["hinge10"].height == pytest.approx(0.015)
+    assert 0.25 < beam["hinge1"].height < 0.31
+
+
+def test_what_sits_on_a_motor_is_offered_where_one_drives_a_joint():
+    friction, delay = ALL["pendulum_friction"], ALL["motor_delay"]
+    absorber = Twin.load("two_storey_absorber")
+    model = absorber.linear(["force_floor2", "torque_pendulum"], ["angle_pendulum"])
+    for chain in (model, absorber.second_order()):
+        assert mechanisms.places(friction, chain, {}) == ["pendulum"]
+        assert mechanisms.places(delay, chain, {}) == ["torque_pendulum"]
+    assert mechanisms.places(friction, linear("drive"), {}) == ["slide"]
+    assert mechanisms.places(delay, linear("drive"), {}) == ["force"]
+    assert friction.units("m") == {"torque": "N"}
+    assert mechanisms.places(delay, linear("portal_3d"), {}) == []
+    rubbing = load("drive").including(friction("slide", 20.0))
+    assert rubbing.compile().dof_frictionloss[0] == 20.0
+
+
+def test_every_mechanism_is_offered_at_ports_of_its_kind_in_three_dimensions():
+    model = linear("portal_3d")
+    kinds = dict.fromkeys(model.outputs, "acc")
+    offered = {name: mechanisms.places(cls, model, kinds) for name, cls in ALL.items()}
+    assert "storey1_column2_y" in offered["cubic_stiffness"]
+    assert "floor2.rz" in offered["appendage"]
+    assert set(offered["mass"]) == {"floor1", "floor1_load1", "floor2", "floor2_load1"} & set(
+        model.bodies
+    )
+    assert offered["base_compliance"] == ["ground.x", "ground.y"]
+    assert {"floor1.y", "ground.y"} <= set(offered["unmeasured_force"])
+    assert offered["sensor_hum"] == list(model.outputs)
+    assert len(offered["sensor_crosstalk"]) == 6
+
+
 def test_a_place_in_a_frame_that_is_not_there_is_an_error_that_lists_those_that_are():
     for place, there in (("column9", "storey1_x, storey1_y"), ("floor1", "floor1.x, floor1.y")):
         with pytest.raises(ModelError, match=there):

@@ -134,7 +134,7 @@ def surroundings(
         stiffness = w**2 * mass
     return Surroundings(
         stiffness=stiffness, damping=2 * 0.01 * stiffness / w, mass=mass, mass_above=total,
-        height=height, drift=drift, rate=rate, reading=reading,
+        height=port.height if port is not None else height, drift=drift, rate=rate, reading=reading,
         natural_frequencies=tuple(float(f) for f in inside), 
         duration_s=max(len(r.y) for r in problem.recordings) * problem.step_s,
         sampling_hz=problem.sampling_hz, peaks=peaks,

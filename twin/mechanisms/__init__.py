@@ -85,6 +85,8 @@ def places(
         return of_kind
     if cls.on == "channel" or cls.on == "channels":
         return []
+    if cls.on == "actuator":
+        return list(model.driven if issubclass(cls, ChannelFault) else model.driven.values())
     found = list(model.places(cls.on))
     if issubclass(cls, Disturbance):
         found += [place for place in model.places("base") if place not in found]

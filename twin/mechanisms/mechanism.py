@@ -151,7 +151,8 @@ class Law(Mechanism):
     Attributes of the class:
         memory: 1 where the law has an internal state, else 0.
         abrupt: True where the force has corners, so that an integration needs finer steps.
-        sticks: True for dry friction; its numbers: its force, the rate that ``law`` blurs it by.
+        sticks: True for dry friction, whose corner is at rest; its numbers: its force, the rate
+            that ``law`` blurs it by.
         approximate: True where native MuJoCo elements only come near the law.
     """
 
@@ -164,6 +165,8 @@ class Law(Mechanism):
     """f(drift, rate, memory, time, *numbers), for numbers and for arrays that broadcast alike."""
     flow: ClassVar[Callable[..., Any] | None] = None
     """z(memory, before, after, *numbers): the internal state after a change of drift."""
+    corners: ClassVar[Callable[..., tuple[Any, ...]] | None] = None
+    """corners(*numbers): the drifts at which the force's slope jumps, where there are such."""
 
     @property
     def numbers(self) -> tuple[Any, ...]:

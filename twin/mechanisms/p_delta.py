@@ -57,5 +57,7 @@ class PDelta(StructuralChange):
 
     @classmethod
     def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:
-        """Return the full weight and parts of it."""
+        """Return the full weight and parts of it; none where nothing leans."""
+        if not around.height:
+            return ()
         return tuple(cls(place, factor, around.height) for factor in (0.3, 1.0))

@@ -14,7 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.errors import ModelError, available
+from twin.model.moving import tendon_row, tendon_unit
 from twin.model.rest import Reduced, settle
+from twin.model.tree import hanging_on
 
 Array = NDArray[np.float64]
 
@@ -36,15 +38,12 @@ class Motion:
         length: that sum at rest [m or rad].
         unit: "m" or "rad".
         mass: of the bodies that hang on the port's last joint, those it carries [kg].
-        height: of the port: what leans over it [m]; from the body below to the body above for a
-            translation, from the joint to the centre of what it carries for a rotation.
     """
 
     terms: dict[str, float]
     length: float
     unit: str
     mass: float = 0.0
-    height: float = 1.0
 
 
 class Rest:
@@ -119,7 +118,7 @@ class Rest:
         """
         row, unit = self.row(name)
         model, terms, length = self.model, {}, 0.0
-        last = 0
+        joints = []
         for joint in range(model.njnt):
             first = int(model.jnt_dofadr[joint])
             kind = model.jnt_type[joint]
@@ -134,12 +133,11 @@ class Rest:
                 )
             terms[model.joint(joint).name] = float(row[first])
             length += float(row[first] * self.data.qpos[model.jnt_qposadr[joint]])
-            last = joint
+            joints.append(joint)
         if not terms:
             raise ModelError(f"{name}: nothing moves it; there are {available(self.names())}")
-        bodies = self._subtree(int(model.jnt_bodyid[last]))
-        mass = float(model.body_mass[list(bodies)].sum())
-        return Motion(terms, length, unit, mass, self._height(terms, unit, last, bodies))
+        mass = float(model.body_mass[list(hanging_on(model, joints))].sum())
+        return Motion(terms, length, unit, mass)
 
     def _element(self, name: str) -> tuple[Array, str] | None:
         model, kinds = self.model, mujoco.mjtObj
@@ -153,9 +151,7 @@ class Rest:
             return row, "m" if slides else "rad"
         tendon = mujoco.mj_name2id(model, kinds.mjOBJ_TENDON, name)
         if tendon >= 0:
-            start, count = model.ten_J_rowadr[tendon], model.ten_J_rownnz[tendon]
-            row[model.ten_J_colind[start : start + count]] = self.data.ten_J[start : start + count]
-            return row, self._unit_of_tendon(tendon)
+            return tendon_row(model, self.data, tendon), tendon_unit(model, tendon)
         element, _, axis = name.rpartition(".")
         if element and axis in (*TRANSLATIONS, *ROTATIONS):
             jacobian = self._jacobian(element)
@@ -171,19 +167,6 @@ class Rest:
             raise ModelError(f"{name}: {what}")
         return jacobian[TRANSLATIONS.index(along[0].rpartition(".")[2])], "m"
 
-    def _unit_of_tendon(self, tendon: int) -> str:
-        """Return "rad" for a tendon that only adds and subtracts hinges' angles, else "m"."""
-        model = self.model
-        first = int(model.tendon_adr[tendon])
-        for wrap in range(first, first + int(model.tendon_num[tendon])):
-            if (
-                model.wrap_type[wrap] != mujoco.mjtWrap.mjWRAP_JOINT
-                or model.jnt_type[model.wrap_objid[wrap]] != mujoco.mjtJoint.mjJNT_HINGE
-                or abs(model.wrap_prm[wrap]) != 1
-            ):
-                return "m"
-        return "rad"
-
     def _jacobian(self, name: str) -> Array | None:
         """Return how a body's origin or a site moves and turns, (6, nv), None where none is."""
         model, jacobian = self.model, np.zeros((6, self.model.nv))
@@ -196,25 +179,6 @@ class Rest:
         else:
             return None
         return jacobian
-
-    def _subtree(self, root: int) -> tuple[int, ...]:
-        model, inside = self.model, {root}
-        for body in range(root + 1, model.nbody):
-            if int(model.body_parentid[body]) in inside:
-                inside.add(body)
-        return tuple(sorted(inside))
-
-    def _height(
-        self, terms: dict[str, float], unit: str, last: int, bodies: tuple[int, ...]
-    ) -> float:
-        model, data = self.model, self.data
-        if unit == "rad":
-            masses = model.body_mass[list(bodies)]
-            centre = masses @ data.xipos[list(bodies), 2] / max(float(masses.sum()), 1e-300)
-            return float(centre - data.xanchor[last, 2])
-        first = min(int(model.jnt_bodyid[model.joint(name).id]) for name in terms)
-        above = float(data.xpos[model.jnt_bodyid[last], 2])
-        return above - float(data.xpos[model.body_parentid[first], 2])
 
 
 def free_name(wanted: str, taken: set[str]) -> str:

@@ -13,7 +13,7 @@ from twin.contract import names_in
 from twin.errors import ModelError, available
 from twin.model.linear import LinearModel
 from twin.model.moving import STILL, bodies_of, ports_of
-from twin.model.port import AXES, Base, Body, ground_inputs
+from twin.model.port import AXES, Base, Body, Port, ground_inputs
 from twin.model.rest import Reduced, derivative, settle, symmetric
 from twin.model.sensing import readings, sensor_columns
 from twin.model.truncation import kept_shapes, left_out
@@ -101,12 +101,28 @@ def linear_model(
         ports=ports,
         bodies=bodies,
         sites=sites,
+        driven=_driven(model, inputs, ports),
         base=base,
         rest=sensed.rest,
         coordinates=coordinates,
     )
     T = kept_shapes(full, stiffness, band_hz)
     return full if T is None else full.within(T, left_out(full, stiffness, T))
+
+
+def _driven(
+    model: mujoco.MjModel, inputs: Sequence[str], ports: Mapping[str, Port]
+) -> dict[str, str]:
+    """Return the actuators among the inputs that drive a joint -> the joint, which is a port."""
+    found = {}
+    for index in np.flatnonzero(model.actuator_trntype == mujoco.mjtTrn.mjTRN_JOINT):
+        name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_ACTUATOR, index)
+        joint = mujoco.mj_id2name(
+            model, mujoco.mjtObj.mjOBJ_JOINT, int(model.actuator_trnid[index, 0])
+        )
+        if name in inputs and joint in ports:
+            found[name] = joint
+    return found
 
 
 def ground_names(base: Mapping[str, Base]) -> tuple[str, ...]:

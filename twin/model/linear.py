@@ -52,6 +52,7 @@ class LinearModel:
         ports: name -> port.
         bodies: name -> body that moves ("body 3" where it has no name).
         sites: name -> site that moves, a body without mass.
+        driven: actuators that drive a joint of one freedom -> the joint.
         base: axis that the structure can be shaken along ("x") -> how it couples.
         rest: outputs at rest, (m,) (gravity in an accelerometer along z).
         coordinates: names of q.
@@ -76,6 +77,7 @@ class LinearModel:
     coordinates: tuple[str, ...]
     left_out: float = 0.0
     sites: Mapping[str, Body] = field(default_factory=dict)
+    driven: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         n, r, m = len(self.coordinates), len(self.inputs), len(self.outputs)

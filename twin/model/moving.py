@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import mujoco
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from twin.model.port import AXES, Body, Port
 from twin.model.rest import Reduced, derivative
+from twin.model.tree import hanging_on, height
 
 Array = NDArray[np.float64]
 _Jacobian = Callable[[mujoco.MjData], tuple[Array, Array]]
@@ -43,7 +44,7 @@ def ports_of(reduced: Reduced, shapes: Array) -> dict[str, Port]:
     largest = max((float(np.linalg.norm(r, axis=1)[:3].max()) for r in rows.values()), default=0.0)
     extent = float(model.stat.extent) or 1.0
     found: dict[str, Port] = {}
-    for port in (*_joints(model, basis), *_tendons(model, data, basis)):
+    for port in (*_joints(model, data, basis), *_tendons(model, data, basis)):
         if np.any(np.abs(port.row) > STILL * np.max(np.abs(basis))):
             found.setdefault(port.name, port)
     for (kind, name), row in rows.items():
@@ -120,26 +121,23 @@ def body_name(model: mujoco.MjModel, index: int) -> str:
     return mujoco.mj_id2name(model, _OBJ.mjOBJ_BODY, index) or f"body {index}"
 
 
-def _carried(model: mujoco.MjModel, joints: Iterable[int]) -> tuple[str, ...]:
-    """Return the bodies with mass that hang on the last of some joints."""
-    inside = {int(model.jnt_bodyid[max(joints)])}
-    for body in range(min(inside) + 1, model.nbody):
-        if int(model.body_parentid[body]) in inside:
-            inside.add(body)
-    return tuple(body_name(model, i) for i in sorted(inside) if model.body_mass[i] > 0)
+def _tree(model: mujoco.MjModel, data: mujoco.MjData, joints: list[int], unit: str) -> Any:
+    """Return what a port says of the tree of bodies: what it carries, and its height."""
+    bodies = hanging_on(model, joints)
+    carries = tuple(body_name(model, i) for i in bodies if model.body_mass[i] > 0)
+    return {"carries": carries, "height": height(model, data, joints, unit)}
 
 
-def _joints(model: mujoco.MjModel, basis: Array) -> Iterator[Port]:
+def _joints(model: mujoco.MjModel, data: mujoco.MjData, basis: Array) -> Iterator[Port]:
     for index in range(model.njnt):
         name = mujoco.mj_id2name(model, _OBJ.mjOBJ_JOINT, index)
         kind, at = model.jnt_type[index], int(model.jnt_dofadr[index])
         if not name:
             continue
-        carries = _carried(model, [index])
-        if kind == _JOINT.mjJNT_SLIDE:
-            yield Port(name, "drift", basis[at], "m", f"joint {name}", carries=carries)
-        elif kind == _JOINT.mjJNT_HINGE:
-            yield Port(name, "drift", basis[at], "rad", f"joint {name}", carries=carries)
+        if kind in (int(_JOINT.mjJNT_SLIDE), int(_JOINT.mjJNT_HINGE)):
+            unit = "m" if kind == _JOINT.mjJNT_SLIDE else "rad"
+            tree = _tree(model, data, [index], unit)
+            yield Port(name, "drift", basis[at], unit, f"joint {name}", **tree)
         elif kind == _JOINT.mjJNT_BALL:
             for k, axis in enumerate(AXES):
                 yield Port(f"{name}.r{axis}", "drift", basis[at + k], "rad", f"joint {name}")
@@ -151,9 +149,9 @@ def _tendons(model: mujoco.MjModel, data: mujoco.MjData, basis: Array) -> Iterat
         if name:
             row = tendon_row(model, data, index)
             moved = [int(model.dof_jntid[dof]) for dof in np.flatnonzero(row)]
-            carries = _carried(model, moved) if moved else ()
             unit, element = tendon_unit(model, index), f"tendon {name}"
-            yield Port(name, "drift", row @ basis, unit, element, carries=carries)
+            tree = _tree(model, data, moved, unit) if moved else {}
+            yield Port(name, "drift", row @ basis, unit, element, **tree)
 
 
 def tendon_row(model: mujoco.MjModel, data: mujoco.MjData, index: int) -> Array:

@@ -34,6 +34,7 @@ class Port:
         element: what it is in the MJCF ("joint storey2", "body floor2").
         base: what it moves for a unit translation of the whole base along x, y, z, (3,).
         carries: names of the bodies that hang on a joint or tendon and move with it.
+        height: of a joint or tendon: what leans over it when it moves [m] (``twin.model.tree``).
     """
 
     name: str
@@ -43,6 +44,7 @@ class Port:
     element: str = ""
     base: Array = field(default_factory=lambda: np.zeros(3))
     carries: tuple[str, ...] = ()
+    height: float = 1.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "row", frozen(self.row, float))
