@@ -53,8 +53,8 @@ STRUCTURES = {
         ("force_floor1", "force_floor2"),
         (0.5, 12.0),
         0.4,
-        64.0,
-        32.0,
+        128.0,
+        24.0,
         {"drift": "storey2", "motion": "floor2", "body": "floor1", "base": "ground"},
         ("force_floor2", "floor2"),
     ),
@@ -63,8 +63,8 @@ STRUCTURES = {
         ("force_floor1_x", "force_floor2_y"),
         (0.5, 20.0),
         1.0,
-        64.0,
-        32.0,
+        128.0,
+        24.0,
         {
             "drift": "storey1_column3_x",
             "motion": "floor2.x",
@@ -88,7 +88,7 @@ NOISE = 0.005
 HIDDEN_SHARE = 0.3
 """RMS of the force that nobody measures, over that of a shaker."""
 
-NOT_ASKED = ("restoring_force", "pendulum_friction")
+NOT_ASKED = ("restoring_force", "sensor_unexplained", "pendulum_friction")
 """What stands for no physics of its own, and what needs a hinge that a motor drives."""
 
 
@@ -144,7 +144,8 @@ def visible(structure: Structure, name: str) -> Mechanism:
     k, d = around.stiffness, float(np.sqrt(np.mean(around.drift**2))) or 1.0
     v = float(np.sqrt(np.mean(around.rate**2))) or 1.0
     omega = 2 * pi * around.natural_frequencies[0]
-    peak = float(np.abs(around.reading).max()) if len(around.reading) else 1.0
+    peak = float(np.abs(around.reading).max())
+    level = float(np.sqrt(np.mean(around.reading**2)))
     sizes: dict[str, dict[str, float]] = {
         "stiffness": {"change": 0.12 * k},
         "damping": {"change": 0.04 * k / omega},
@@ -171,12 +172,20 @@ def visible(structure: Structure, name: str) -> Mechanism:
         "sensor_gain": {"gain": 1.1},
         "sensor_delay": {"delay": 0.3 / structure.sampling_hz},
         "sensor_clipping": {"level": 0.5 * peak},
+        "sensor_crosstalk": {"first": 0.08, "second": 0.08},
+        "sensor_drift": {"rate": 0.2 * level},
+        "sensor_hum": {"amplitude": 0.1 * level, "frequency": 50.0, "phase": 1.0},
+        "sensor_dropout": {"begin": 5.0, "length": 0.4},
+        "sensor_spikes": {"height": 2 * peak, "often": 0.5, "seed": 1.0},
+        "sensor_quantisation": {"step": 0.2 * level},
+        "sensor_resonance": {"frequency": 0.35 * structure.sampling_hz, "damping_ratio": 0.05},
+        "clock": {"rate": 1e-3},
         "sensor_highpass": {"corner": 0.3 * around.natural_frequencies[0]},
     }
     guesses = cls.starts(place, around)
-    if name in sizes and guesses:
-        return guesses[0].with_values(sizes[name])
-    return guesses[-1] if guesses else cls(place)
+    found = guesses[-1] if guesses else cls(place)
+    given = {cls.fields_of.get(field, field): value for field, value in sizes.get(name, {}).items()}
+    return replace(found if name not in sizes or not guesses else guesses[0], **given)
 
 
 def _around(structure: Structure, place: str) -> Surroundings:

@@ -30,6 +30,14 @@ def test_the_whole_vocabulary_has_a_place_on_the_chain():
     assert place_of(STRUCTURES["portal"], "base_compliance") == "ground.y"
 
 
+def test_every_mechanism_of_the_vocabulary_has_a_size():
+    chain = STRUCTURES["chain"]
+    nothing_to_size = ("sensor_polarity", "sensor_swap")
+    for name in mechanisms_of(chain):
+        built = visible(chain, name)
+        assert name in nothing_to_size or built != type(built)(built.place), name
+
+
 @pytest.mark.parametrize("name", ["cubic_stiffness", "sensor_gain", "unmeasured_force"])
 def test_what_is_built_in_shows_in_the_recordings(tmp_path, name):
     chain = STRUCTURES["chain"]
