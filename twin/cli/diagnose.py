@@ -62,6 +62,7 @@ def diagnose(
     out: Out = None,
     seed: Seed = 0,
     json: Json = None,
+    engine: Annotated[str, typer.Option("--engine", hidden=True)] = "old",
 ) -> None:  # fmt: skip
     """Say where recordings and twin differ, what physics was left out, and model it.
 
@@ -78,7 +79,7 @@ def diagnose(
         result = run(
             model, train, test, seed, status.update,
             tolerance / 100, damping_tolerance / 100, masses_of(added_mass or [], [*train, *test]),
-            unknown_parameters,
+            unknown_parameters, engine,
         )  # fmt: skip
         path = result.explained.export(target / TWIN_FILE)
         from twin.diagnosis.result import as_json
@@ -115,9 +116,13 @@ def run(
     damping_tolerance: float = 0.1,
     added_mass: Mapping[str, Mapping[str, float]] | None = None,
     unknown: bool = False,
+    engine: str = "old",
 ) -> Diagnosis:
     """Read model and recordings and diagnose."""
-    from twin.diagnosis.diagnose import diagnose as whole
+    if engine == "new":
+        from twin.engine.pipeline import diagnose as whole
+    else:
+        from twin.diagnosis.diagnose import diagnose as whole
     from twin.formats import read_recording
     from twin.model import Twin
 

@@ -25,12 +25,18 @@ class Finding:
         std: standard deviation of every parameter; NaN where the data do not give one.
         probability: that it is this mechanism at this place and not one of the alternatives.
         delta_bic: BIC above that of the best explanation (alternatives only).
+        delta_log_evidence: log odds over the best explanation [nat], negative (alternatives only).
+        explained: share of the missing force at its place that it accounts for, where it has one.
+        unexplained: share of it that is left to the discrepancy there.
     """
 
     mechanism: Mechanism
     std: Mapping[str, float]
     probability: float
     delta_bic: float = 0.0
+    delta_log_evidence: float = 0.0
+    explained: float | None = None
+    unexplained: float | None = None
 
     @property
     def location(self) -> str:
@@ -167,6 +173,7 @@ class Diagnosis:
         nominal, calibrated, explained: the three twins.
         channel_faults: faults among the findings, which the twins do not hold.
         next_experiment: what would separate the explanations, where they tie.
+        negligible: mechanisms of the explanation whose effect is smaller than what is left.
         notes: what the reader should know (resampling, what MJCF cannot hold, ...).
         seconds: that it took, and those of each step.
     """
@@ -186,6 +193,7 @@ class Diagnosis:
     calibrated: Twin
     explained: Twin
     next_experiment: NextExperiment | None = None
+    negligible: tuple[Finding, ...] = ()
     notes: tuple[str, ...] = ()
     seconds: float = 0.0
     steps: Mapping[str, float] = field(default_factory=dict)
@@ -218,6 +226,8 @@ def as_json(diagnosis: Diagnosis, twin: str | None) -> dict[str, Any]:
                 for name, value in mechanism.values.items()
             },
             "probability": float(np.clip(finding.probability, 0, 1)),
+            "explained": finding.explained,
+            "unexplained": finding.unexplained,
         }
 
     def errors(fits: Fits) -> dict[str, Any]:
@@ -229,8 +239,14 @@ def as_json(diagnosis: Diagnosis, twin: str | None) -> dict[str, Any]:
         "verdict": diagnosis.verdict,
         "findings": [entry(f) for f in diagnosis.findings],
         "alternatives": [
-            entry(f) | {"delta_bic": float(f.delta_bic)} for f in diagnosis.alternatives
+            entry(f)
+            | {
+                "delta_bic": float(f.delta_bic),
+                "delta_log_evidence": float(f.delta_log_evidence or -f.delta_bic / 2),
+            }
+            for f in diagnosis.alternatives
         ],
+        "negligible": [entry(f) for f in diagnosis.negligible],
         "calibration": [entry(f) for f in diagnosis.calibration],
         "fit": errors(diagnosis.fit),
         "fit_ahead": errors(diagnosis.fit_ahead),

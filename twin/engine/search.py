@@ -13,6 +13,7 @@ from twin.engine.hypothesis import Hypothesis
 from twin.engine.problem import Motion, Problem
 from twin.engine.screening import Score, added, beginnings, likeliest, moved_to, screen, widened
 from twin.estimation.fit import Fit, fit
+from twin.estimation.likelihood import Run, evaluate
 
 Array = NDArray[np.float64]
 
@@ -65,7 +66,7 @@ class Found:
     motion: tuple[Motion, ...]
 
 
-Offer = Callable[[Sequence[Motion]], Sequence[Candidate]]
+Offer = Callable[[Sequence[Motion], Sequence[Run]], Sequence[Candidate]]
 
 
 def start_of(hypothesis: Hypothesis) -> Array:
@@ -74,18 +75,21 @@ def start_of(hypothesis: Hypothesis) -> Array:
 
 
 def search(
-    problem: Problem, offer: Offer, tell: Callable[[str], None] = lambda message: None
+    problem: Problem,
+    offer: Offer,
+    tell: Callable[[str], None] = lambda message: None,
+    start: Array | None = None,
 ) -> Found:
     """Find the set of mechanisms with the greatest odds.
 
     Args:
         problem: the estimation problem.
-        offer: returns all candidates, given the motion of each recording.
+        offer: returns all candidates, given motion and innovations of each recording.
         tell: is told each step.
+        start: where the calibration begins, in prior deviations, (p,).
     """
-    tell("calibrating the twin")
     empty = Hypothesis(problem)
-    calibrated = fit(empty, start_of(empty))
+    calibrated = fit(empty, start_of(empty) if start is None else start)
     nothing = Explanation(empty, calibrated, calibrated.log_evidence)
     best = nothing
     tried: dict[tuple[tuple[str, str], ...], Explanation] = {(): nothing}
@@ -94,7 +98,8 @@ def search(
     for step in range(MOST):
         tell(f"search step {step + 1}: screening")
         here = replace(best.hypothesis, scales=scales_of(problem, moved))
-        candidates = [c for c in offer(moved) if c.label not in best.labels]
+        runs = evaluate(best.hypothesis, best.fit.z, derivatives=False).runs
+        candidates = [c for c in offer(moved, runs) if c.label not in best.labels]
         cost = float(np.log(max(len(candidates), 2)))
         scores = screen(best.fit, here, candidates, moved)
         screened.append(tuple(scores))

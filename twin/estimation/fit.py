@@ -134,7 +134,9 @@ def fit(
 
 def _try(model: Model, z: Array) -> Value | None:
     try:
-        found = evaluate(model, z)
+        # a step may lead anywhere; where nothing is finite it is not taken
+        with np.errstate(all="ignore"):
+            found = evaluate(model, z)
     except (ValueError, np.linalg.LinAlgError):
         return None
     return found if np.isfinite(found.log_likelihood) else None

@@ -1,0 +1,197 @@
+"""What a fitted hypothesis predicts: free runs, two seconds ahead, and what noise alone does.
+
+A free run starts from the estimated state before the first sample: with the innovations e(k) of the
+predictor and their slopes H(k) with respect to that state, whose prior covariance is P,
+
+    x0 = -P sum_k H_k^T S_k^-1 e_k
+
+is its smoothed estimate (fixed-point smoothing; Anderson and Moore 1979, section 7.2).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.engine.hypothesis import Hypothesis
+from twin.engine.problem import Problem
+from twin.estimation.kalman import Gains, gains
+from twin.estimation.likelihood import Assembly, Run, Trial, gaussian, open_loop, run
+from twin.estimation.system import Noise, Sampled, sampled
+from twin.mechanisms.mechanism import ChannelFault, Mechanism
+
+Array = NDArray[np.float64]
+
+WINDOW_S = 2.0
+"""Length of the windows of a prediction ahead [s]."""
+
+HOPELESS = 1e6
+"""Error that stands for a motion that diverges: JSON has no infinity."""
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A hypothesis at certain values beside one recording.
+
+    Attributes:
+        mechanisms: with their values.
+        names: of the outputs.
+        here: the model at the values.
+        trial: the recording, faults in its samples taken back.
+        plant: the sampled system.
+        noise: levels of this recording.
+        gain: of the predictor.
+    """
+
+    mechanisms: tuple[Mechanism, ...]
+    names: tuple[str, ...]
+    here: Assembly
+    trial: Trial
+    plant: Sampled
+    noise: Noise
+    gain: Gains
+
+    @cached_property
+    def followed(self) -> Run:
+        """The predictor's pass from the prior's mean."""
+        return run(self.here, self.trial, self.plant, self.gain)
+
+    @cached_property
+    def start(self) -> Array:
+        """The estimated state before the first sample, (n,)."""
+        n = len(self.plant.A)
+        slopes = _still(self.plant, self.here, n)
+        passed = run(self.here, self.trial, self.plant, self.gain, slopes, dx0=np.eye(n))
+        part = gaussian(passed, self.trial, None)
+        return np.asarray(-self.noise.start @ (part.whitened(passed.de).T @ part.white.ravel()))
+
+    def free(self, u: Array | None = None) -> Array:
+        """Return the free run, with other inputs where given, (samples, m)."""
+        return self._open(0, len(self.trial.y), self.start, None, u)
+
+    def from_rest(self) -> Array:
+        """Return the simulation from rest, (samples, m)."""
+        return self._open(0, len(self.trial.y), 0 * self.start, None, None)
+
+    def ahead(self, u: Array | None = None, offsets: Array | None = None) -> Array:
+        """Return windows of two seconds from the states estimated before them, (samples, m).
+
+        Args:
+            u: other inputs, (samples, r).
+            offsets: added to the state at each sample, (samples, n).
+        """
+        length = max(round(WINDOW_S / self.trial.step_s), 1)
+        out = np.empty_like(self.trial.y)
+        for first in range(0, len(out), length):
+            x = self.followed.x[first] if first else self.start
+            if offsets is not None and first:
+                x = x + offsets[first]
+            last = min(first + length, len(out))
+            out[first:last] = self._open(first, last, x, self.followed.z[first], u)
+        return out
+
+    def _open(self, first: int, last: int, x: Array, z: Array | None, u: Array | None) -> Array:
+        """Return the outputs of a simulation over a part of the recording."""
+        own = self.trial
+        more = 0.0 if u is None else (u - own.u)[first:last]
+        piece = Trial(own.u[first:last] + more, own.between[first:last] + more,
+                      np.zeros((last - first, own.y.shape[1])), own.step_s)  # fmt: skip
+        passed = run(self.here, piece, self.plant, open_loop(self.gain), x0=x, z0=z,
+                     begin_s=first * own.step_s)  # fmt: skip
+        return self._recorded(-passed.e)
+
+    def _recorded(self, predicted: Array) -> Array:
+        """Return outputs as the instruments show them that are at fault in their samples."""
+        columns = dict(zip(self.names, predicted.T, strict=True))
+        for fault in self.mechanisms:
+            if not isinstance(fault, ChannelFault) or not set(fault.channels) <= set(columns):
+                continue
+            if fault.in_samples or fault.limit() is not None:
+                columns = fault.distort(columns, 1 / self.trial.step_s)
+        return np.column_stack([columns[name] for name in self.names])
+
+
+def stages(hypothesis: Hypothesis, z: Array) -> list[Stage]:
+    """Return a hypothesis at values z, (p,), beside each of its recordings."""
+    here = hypothesis.assemble(z)
+    step_s = hypothesis.problem.step_s
+    plants = [sampled(s, step_s, here.steps, here.held) for s in here.systems]
+    names = hypothesis.problem.model.outputs
+    out = []
+    for t, trial in enumerate(here.trials):
+        plant, noise = plants[here.which[t]], here.noises[t]
+        out.append(Stage(hypothesis.at(z), names, here, trial, plant, noise, gains(plant, noise)))
+    return out
+
+
+def placed(fitted: Hypothesis, z: Array, problem: Problem) -> tuple[Hypothesis, Array]:
+    """Return a fitted hypothesis beside other recordings.
+
+    Their noise levels are those of their own samples; the process noise is that of the recordings
+    it was fitted to.
+
+    Args:
+        fitted: on the training recordings.
+        z: values of its unknowns, (p,).
+        problem: of the same model, with the recordings to predict.
+    """
+    known = {u.name: float(v) for u, v in zip(fitted.unknowns, z, strict=True)}
+    own = fitted.problem
+    there = replace(own, recordings=problem.recordings, scale=problem.scale)
+    here = replace(fitted, problem=there)
+    process = [v for name, v in known.items() if name.startswith("process noise")]
+    values = np.zeros(len(here.unknowns))
+    for i, unknown in enumerate(here.unknowns):
+        other = float(np.mean(process)) if unknown.name.startswith("process noise") else 0.0
+        values[i] = known.get(unknown.name, other)
+    return here, values
+
+
+def nrmse(measured: Sequence[Array], predicted: Sequence[Array]) -> float:
+    """Return RMS of the residual over RMS of the output, over all channels and recordings.
+
+    Samples that are left out (NaN) do not count; a motion that diverges is off by ``HOPELESS``.
+    """
+    error = sum(float(np.nansum((y - p) ** 2)) for y, p in zip(measured, predicted, strict=True))
+    power = sum(float(np.nansum(y**2)) for y in measured)
+    finite = all(np.all(np.isfinite(p)) for p in predicted)
+    return min(float(np.sqrt(error / power)), HOPELESS) if finite else HOPELESS
+
+
+def noise_floors(beside: Sequence[Stage], seed: int = 0) -> tuple[float, float]:
+    """Return the NRMSE that a perfect model would reach: free run, and two seconds ahead.
+
+    The measured force is not the true one: another draw of its noise on top of it shows what that
+    does to the motion, with the motion's own sensitivity; in windows the uncertainty of the state
+    comes on top. The outputs' noise is added.
+    """
+    rng = np.random.default_rng(seed)
+    free = near = power = 0.0
+    for stage in beside:
+        y, u = stage.trial.y, stage.trial.u
+        noise = float(np.sum(stage.noise.output**2)) * len(y)
+        shaken = u + rng.standard_normal(u.shape) * stage.noise.held[: u.shape[1]]
+        blur = rng.standard_normal((len(y), len(stage.plant.A))) @ _root(stage.gain.predicted).T
+        free += float(np.sum((stage.free() - stage.free(shaken)) ** 2)) + noise
+        near += float(np.sum((stage.ahead() - stage.ahead(shaken, blur)) ** 2)) + noise
+        power += float(np.nansum(y**2))
+    found = np.nan_to_num(np.sqrt(np.array([free, near]) / power), nan=HOPELESS, posinf=HOPELESS)
+    return float(min(found[0], HOPELESS)), float(min(found[1], HOPELESS))
+
+
+def _still(plant: Sampled, here: Assembly, p: int) -> dict[str, Array]:
+    """Return slopes of the model with respect to p start values: it does not depend on them."""
+    n, m, w = len(plant.A), len(plant.system.C), plant.system.W.shape[1]
+    shapes = {key: getattr(plant, key).shape for key in ("A", "B0", "B1", "E", "W")}
+    shapes |= {key: getattr(plant.system, key).shape for key in ("C", "D", "F")}
+    shapes |= {"numbers": here.numbers.shape, "Kf": (n, m), "Ku": (w, m)}
+    return {key: np.zeros((*shape, p)) for key, shape in shapes.items()}
+
+
+def _root(covariance: Array) -> Array:
+    values, vectors = np.linalg.eigh((covariance + covariance.T) / 2)
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0)))

@@ -1,0 +1,203 @@
+"""What a search comes to: findings with probabilities, what else they could be, and the verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.diagnosis.result import Finding, Verdict
+from twin.engine.predict import Stage
+from twin.engine.search import Explanation, Found
+from twin.mechanisms import vocabulary
+from twin.mechanisms.mechanism import Disturbance, Law, Mechanism, StructuralChange
+
+Array = NDArray[np.float64]
+Label = tuple[str, str]
+
+TIE = 0.05
+"""Probability from which an alternative is worth a word: one in twenty."""
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """What the best explanation says.
+
+    Attributes:
+        verdict: what kind of mismatch there is.
+        findings: in the order of what each explains.
+        alternatives: what else each could be, the most probable first.
+        negligible: mechanisms of the best explanation whose effect is smaller than what is left.
+        notes: ties, and what is negligible.
+    """
+
+    verdict: Verdict
+    findings: tuple[Finding, ...]
+    alternatives: tuple[Finding, ...]
+    negligible: tuple[Finding, ...]
+    notes: tuple[str, ...]
+
+
+def none_of_these() -> float:
+    """Return the probability that something is at work that is not in the vocabulary.
+
+    By the rule of succession (Laplace 1814): of V mechanisms that are known the next one is a new
+    one with probability 1 / (V + 2). It may look like the best of them, so it keeps its share.
+    """
+    return 1 / (len(vocabulary()) + 2)
+
+
+def judge(found: Found, beside: Sequence[Stage]) -> Judgement:
+    """Judge the explanations of a search.
+
+    Args:
+        found: what it found.
+        beside: the best explanation beside the training recordings.
+    """
+    best = found.best
+    sizes, left = _sizes(best, beside)
+    everything = (found.nothing, best, *found.others)
+    judged = []
+    for index, mechanism in enumerate(best.hypothesis.at(best.fit.z)):
+        rivals, loss = _rivals(best, everything, index)
+        finding = _finding(best, index, mechanism, 0.0, 0.0)
+        own = _unexplained(best, mechanism, sizes[index])
+        finding = replace(finding, explained=None if own is None else 1 - own, unexplained=own)
+        judged.append((loss, sizes[index], finding, rivals))
+    judged.sort(key=lambda entry: -entry[0])
+    findings, negligible, alternatives = [], [], []
+    for _, size, finding, rivals in judged:
+        chances = _chances([0.0, *(delta for _, delta in rivals)])
+        here = replace(finding, probability=chances[0])
+        if size is not None and size < left:
+            negligible.append(here)
+            continue
+        findings.append(here)
+        for (rival, delta), chance in zip(rivals, chances[1:], strict=True):
+            other = _newcomer(rival, best)
+            if other is not None:
+                mechanism = rival.hypothesis.at(rival.fit.z)[other]
+                alternatives.append(_finding(rival, other, mechanism, chance, delta))
+    alternatives.sort(key=lambda f: (-f.probability, -f.delta_log_evidence))
+    notes = tuple(
+        f"{f.mechanism.name} at {f.location} is negligible: smaller than what is left unexplained"
+        for f in negligible
+    )
+    return Judgement(
+        _verdict(findings), tuple(findings), tuple(alternatives), tuple(negligible),
+        notes + _felt_alike(findings, alternatives),
+    )  # fmt: skip
+
+
+def _verdict(findings: Sequence[Finding]) -> Verdict:
+    """Return the kind of mismatch: that of the first finding, unless it explains less than half."""
+    if not findings:
+        return "consistent"
+    first = findings[0]
+    if first.unexplained is not None and first.unexplained > 0.5:
+        return "unexplained"
+    return first.mechanism.verdict
+
+
+def _rivals(
+    best: Explanation, everything: Sequence[Explanation], index: int
+) -> tuple[list[tuple[Explanation, float]], float]:
+    """Return explanations with something else, or nothing, in place of one mechanism.
+
+    Each with its log odds over the explanation with it; and the log odds that are lost without it.
+    Those of the whole set come before those of the set as it was when the mechanism was added.
+    """
+    labels = best.labels
+    rivals: dict[Label | None, tuple[Explanation, float]] = {}
+    for kept, reference in (
+        (set(labels[:index]), _with(everything, set(labels[: index + 1]))),
+        (set(labels) - {labels[index]}, best),
+    ):
+        if reference is None:
+            continue
+        for other in everything:
+            has = set(other.labels)
+            if kept <= has and len(has - kept) <= 1 and labels[index] not in has:
+                key = next(iter(has - kept), None)
+                rivals[key] = other, other.log_odds - reference.log_odds
+    loss = -rivals[None][1] if None in rivals else 0.0
+    return sorted(rivals.values(), key=lambda pair: -pair[1]), loss
+
+
+def _with(everything: Sequence[Explanation], labels: set[Label]) -> Explanation | None:
+    return next((e for e in everything if set(e.labels) == labels), None)
+
+
+def _newcomer(rival: Explanation, best: Explanation) -> int | None:
+    return next((i for i, x in enumerate(rival.labels) if x not in best.labels), None)
+
+
+def _chances(log_odds: Sequence[float]) -> list[float]:
+    """Return probabilities of explanations, what is in no vocabulary keeping its share."""
+    weights = np.exp(np.array(log_odds) - max(log_odds))
+    return list((1 - none_of_these()) * weights / weights.sum())
+
+
+def _finding(
+    explanation: Explanation, index: int, mechanism: Mechanism, chance: float, delta: float
+) -> Finding:
+    """Return a mechanism of an explanation with deviations and correlations of its parameters."""
+    names = list(mechanism.parameters)
+    titles = [f"{mechanism.name} {mechanism.place} {name}" for name in names]
+    known = explanation.fit.deviations
+    std = {name: known[title] for name, title in zip(names, titles, strict=True)}
+    return Finding(mechanism, std, chance, -2 * delta, delta)
+
+
+def _sizes(best: Explanation, beside: Sequence[Stage]) -> tuple[list[float | None], float]:
+    """Return the RMS modal force of every mechanism, and the largest that is left to a discrepancy.
+
+    None where a mechanism acts by no force on the structure's own coordinates.
+    """
+    model = best.hypothesis.problem.model
+    n = len(model.coordinates)
+    forces = np.vstack([s.followed.f for s in beside])
+    q = np.vstack([s.followed.x[:, :n] for s in beside])
+    out: list[float | None] = []
+    law = 0
+    for mechanism in best.hypothesis.at(best.fit.z):
+        size = None
+        if isinstance(mechanism, Law):
+            row = model.port(mechanism.place)
+            size = float(np.linalg.norm(row) * np.sqrt(np.mean(forces[:, law] ** 2)))
+            law += 1
+        elif isinstance(mechanism, StructuralChange):
+            edited = mechanism.edit(model)
+            if len(edited.coordinates) == n:
+                size = float(np.sqrt(np.mean(np.sum((q @ (edited.K - model.K)) ** 2, axis=1))))
+                size = size or None
+        out.append(size)
+    levels = [
+        best.fit.values[f"discrepancy {port}"] * float(np.linalg.norm(model.port(port)))
+        for port in best.hypothesis.ports
+    ]
+    return out, max(levels, default=0.0)
+
+
+def _unexplained(best: Explanation, mechanism: Mechanism, size: float | None) -> float | None:
+    """Return the share of the missing force that is left to the discrepancy at a law's port."""
+    if not isinstance(mechanism, Law) or size is None:
+        return None
+    row = best.hypothesis.problem.model.port(mechanism.place)
+    left = best.fit.values[f"discrepancy {mechanism.place}"] * float(np.linalg.norm(row))
+    return float(left / np.hypot(left, size)) if left or size else None
+
+
+def _felt_alike(findings: Sequence[Finding], alternatives: Sequence[Finding]) -> tuple[str, ...]:
+    """Say which places of an unmeasured force no sensor tells apart."""
+    notes = []
+    for finding in findings:
+        name = finding.mechanism.name
+        same = [a.location for a in alternatives
+                if a.mechanism.name == name and a.probability >= TIE]  # fmt: skip
+        if isinstance(finding.mechanism, Disturbance) and same:
+            there = " and ".join([finding.location, *same])
+            notes.append(f"{name}: the sensors feel {there} alike; one more accelerometer tells")
+    return tuple(notes)
