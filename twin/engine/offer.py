@@ -5,19 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
 from twin.engine.candidates import Candidate, priors_of, surroundings
 from twin.engine.problem import Motion, Problem
-from twin.errors import ModelError
 from twin.estimation.likelihood import Run
 from twin.mechanisms import places, vocabulary
 from twin.mechanisms.mechanism import Mechanism
-from twin.mechanisms.rest import Rest
-from twin.model import Twin
 
 Array = NDArray[np.float64]
 
@@ -29,27 +25,25 @@ SEGMENT_S = 8.0
 
 
 def offer(
-    problem: Problem, twin: Twin, kinds: Mapping[str, str]
+    problem: Problem, kinds: Mapping[str, str]
 ) -> Callable[[Sequence[Motion], Sequence[Run]], list[Candidate]]:
     """Return what makes the candidates, given motion and innovations of every recording.
 
     Args:
         problem: the estimation problem.
-        twin: whose ports have heights.
         kinds: channel -> quantity.
     """
-    height_of = heights(twin)
     channels = {name: kinds.get(name, "other") for name in problem.model.inputs} | {
         name: kinds[name] for name in problem.model.outputs
     }
-    by_class = {cls: _places(cls, problem, channels) for cls in vocabulary().values()}
+    by_class = {cls: places(cls, problem.model, channels) for cls in vocabulary().values()}
 
     def candidates(moved: Sequence[Motion], runs: Sequence[Run]) -> list[Candidate]:
         peaks = peaks_of(runs, problem.sampling_hz)
 
         @cache
         def around(place: str):  # type: ignore[no-untyped-def]
-            return surroundings(problem, moved, place, height_of(place), peaks)
+            return surroundings(problem, moved, place, _height(problem, place), peaks)
 
         out = []
         for cls, there in by_class.items():
@@ -61,34 +55,15 @@ def offer(
     return candidates
 
 
-def _places(cls: type[Mechanism], problem: Problem, channels: Mapping[str, str]) -> list[str]:
-    found = places(cls, problem.model, channels)
-    if cls.on != "actuator":
-        return found
-    # what a motor is commanded is recorded as its torque; a measured force has no motor behind it
-    return [place for place in found if channels[place] == "torque"]
-
-
 def _candidate(cls: type[Mechanism], place: str, around) -> Candidate | None:  # type: ignore[no-untyped-def]
     starts = cls.starts(place, around)
     sound = [s for s in starts if all(np.isfinite(v) for v in s.values.values())]
     return Candidate(tuple(sound), priors_of(sound)) if sound else None
 
 
-def heights(twin: Twin) -> Callable[[str], float]:
-    """Return what gives a place's height, from its foot to what it carries [m]; 1 elsewhere."""
-    rest: list[Rest] = []
-
-    @cache
-    def height(place: str) -> float:
-        if not rest:
-            rest.append(Rest(mujoco.MjSpec.from_string(twin.mjcf_of())))
-        try:
-            return float(rest[0].motion(place).height)
-        except ModelError:
-            return 1.0
-
-    return height
+def _height(problem: Problem, place: str) -> float:
+    port = problem.model.ports.get(place)
+    return 1.0 if port is None else port.height
 
 
 def peaks_of(runs: Sequence[Run], rate_hz: float) -> tuple[float, ...]:

@@ -108,7 +108,7 @@ def diagnose(
     ready = prepare(twin, train, test, tolerance, damping_tolerance, added_mass)
     clock("calibrating the twin")
     problem, start = _between(ready.train)
-    found = search(problem, offer(problem, ready.twin, ready.kinds), clock, start)
+    found = search(problem, offer(problem, ready.kinds), clock, start)
     clock("judging the explanations")
     beside = stages(found.best.hypothesis, found.best.fit.z)
     judged = judge(found, beside)
