@@ -40,6 +40,9 @@ START_WIDTH = 3.0
 SLOWEST_HZ = 0.1
 """Frequency that a rigid mode counts as when its rate before the first sample is bounded."""
 
+KEPT = 4
+"""Plants that are kept: those of a point and of a step from it."""
+
 AMPLIFIED = 10.0
 """By which the motion of an added coordinate may exceed its static one before the first sample:
 that of a resonance of 5 % damping."""
@@ -128,22 +131,10 @@ class Hypothesis:
         """Return systems, noise levels and laws at values z, (p,)."""
         problem = self.problem
         values = [u.value(float(x)) for u, x in zip(self.unknowns, z, strict=True)]
-        base = problem.base(z[: len(problem.base_unknowns)])
         mechanisms = self.at(z)
         at = len(problem.base_unknowns) + sum(len(m.parameters) for m in self.mechanisms)
-        latent = []
-        for port in self.ports:
-            latent.append((port, values[at], values[at + 1]))
-            at += 2
-        groups: dict[tuple[tuple[str, float], ...], int] = {}
-        plants: list[Plant] = []
-        which = []
-        for recording in problem.recordings:
-            key = tuple(sorted(recording.added_mass.items()))
-            if key not in groups:
-                groups[key] = len(plants)
-                plants.append(self._plant(loaded(base, recording.added_mass), mechanisms, latent))
-            which.append(groups[key])
+        plants, which, starts = self._plants(z, mechanisms, values[at : at + 2 * len(self.ports)])
+        at += 2 * len(self.ports)
         noises = []
         for t, recording in enumerate(problem.recordings):
             m = len(problem.model.outputs)
@@ -156,9 +147,7 @@ class Hypothesis:
             plant = plants[which[t]]
             process = np.full(plant.system.W.shape[1] - len(moving), values[at])
             at += 1
-            noises.append(
-                Noise(np.concatenate([input_noise, process]), output, self._start(t, plant))
-            )
+            noises.append(Noise(np.concatenate([input_noise, process]), output, starts[t]))
         laws = tuple(m for m in mechanisms if isinstance(m, Law))
         numbers = np.zeros((len(laws), MOST_NUMBERS))
         scales = np.ones((len(laws), 3))
@@ -172,7 +161,7 @@ class Hypothesis:
         compiled = tuple(Compiled(type(law).law, type(law).flow, len(law.numbers)) for law in laws)
         systems = tuple(plant.system for plant in plants)
         return Assembly(
-            systems, tuple(which), tuple(noises), compiled, numbers, scales, steps, problem.held,
+            systems, which, tuple(noises), compiled, numbers, scales, steps, problem.held,
             self._trials(mechanisms),
         )  # fmt: skip
 
@@ -197,13 +186,42 @@ class Hypothesis:
         rms[total + own :] = rms[own:total] * w_own
         return block_diag(np.diag(rms**2), plant.start)
 
-    def _plant(
-        self,
-        model: LinearModel,
-        mechanisms: Sequence[Mechanism],
-        latent: Sequence[tuple[str, float, float]],
-    ) -> Plant:
-        return plant_of(model, mechanisms, latent, self.problem.readings)
+    @cached_property
+    def _kept(self) -> dict[tuple[float, ...], tuple[Any, ...]]:
+        return {}
+
+    @cached_property
+    def _of_the_system(self) -> NDArray[np.intp]:
+        return np.flatnonzero([u.role == "system" for u in self.unknowns])
+
+    def _plants(
+        self, z: Array, mechanisms: Sequence[Mechanism], latent: Sequence[float]
+    ) -> tuple[tuple[Plant, ...], tuple[int, ...], tuple[Array, ...]]:
+        """Return the distinct plants, that of each recording, and its first state's covariance.
+
+        Steps in noise levels and in laws' numbers ask for the same ones again.
+        """
+        key = tuple(np.asarray(z)[self._of_the_system].tolist())
+        if key in self._kept:
+            return self._kept[key]
+        problem = self.problem
+        base = problem.base(z[: len(problem.base_unknowns)])
+        levels = list(zip(self.ports, latent[::2], latent[1::2], strict=True))
+        groups: dict[tuple[tuple[str, float], ...], int] = {}
+        plants: list[Plant] = []
+        which = []
+        for recording in problem.recordings:
+            added = tuple(sorted(recording.added_mass.items()))
+            if added not in groups:
+                groups[added] = len(plants)
+                model = loaded(base, recording.added_mass)
+                plants.append(plant_of(model, mechanisms, levels, problem.readings))
+            which.append(groups[added])
+        starts = tuple(self._start(t, plants[k]) for t, k in enumerate(which))
+        if len(self._kept) >= KEPT:
+            self._kept.clear()
+        self._kept[key] = tuple(plants), tuple(which), starts
+        return tuple(plants), tuple(which), starts
 
     def blur(self, trial: int, forces: Array, system: System) -> Array | None:
         """Return variances by which outputs are uncertain because a law jumps, (samples, m).
