@@ -33,15 +33,18 @@ GENTLE, STRONG = 1e-4, 1e-3
 LIMIT, CORNER_LIMIT = 1e-3, 1e-2
 """Largest difference as a share of the RMS, of linear models and of those with corners."""
 
+STEPS = 32
+"""Parts of a sample for laws with corners: what is left of friction is MuJoCo's, which creeps."""
+
 CORNERS = (
     # model, input, its RMS [N], outputs, mechanism, place, values
-    ("two_storey_lumped", "force_floor2", 1.0, "acc", "coulomb_friction", "storey1", (0.1, 1e-6)),
+    ("two_storey_lumped", "force_floor2", 1.0, "acc", "coulomb_friction", "storey1", (0.1, 1e-5)),
     ("two_storey_lumped", "force_floor2", 1.0, "acc", "bumper", "storey1", (2000.0, 0.002)),
     ("two_storey_lumped", "force_floor2", 1.0, "acc", "clearance", "storey2", (300.0, 1e-3, 300.0)),
     ("two_storey", "force_floor2", 1.0, "acc", "bumper", "storey2", (2000.0, -0.001)),
-    ("portal_3d", "force_floor2_y", 0.5, "acc", "coulomb_friction", "storey2_y", (0.05, 1e-6)),
+    ("portal_3d", "force_floor2_y", 0.5, "acc", "coulomb_friction", "storey2_y", (0.05, 1e-5)),
     ("portal_3d", "force_floor2_y", 0.5, "acc", "bumper", "storey1_rz", (200.0, 3e-4)),
-    ("drive", "force", 40.0, "position", "coulomb_friction", "slide", (3.0, 1e-6)),
+    ("drive", "force", 40.0, "position", "coulomb_friction", "slide", (3.0, 1e-5)),
 )
 
 CROOKED = """<mujoco><compiler angle="radian"/><option timestep="0.0005"/><worldbody>
@@ -138,7 +141,7 @@ def with_corners() -> float:
         u = {force: size * np.random.default_rng(1).standard_normal(SAMPLES)}
         motion = twin.including(law).simulate(u, RATE_HZ, SAMPLES)
         moving = [n for n, x in motion.columns.items() if n.startswith(kind) and np.ptp(x) > 1e-9]
-        found = rollout(twin.linear([force], moving), [law], u, RATE_HZ)
+        found = rollout(twin.linear([force], moving), [law], u, RATE_HZ, STEPS)
         true = np.array([motion.columns[n] for n in moving])
         off = np.array([found[n] for n in moving]) - true
         share = float(np.linalg.norm(off) / np.linalg.norm(true))
