@@ -40,6 +40,15 @@ def test_an_arm_that_swings_freely_is_refused_by_the_joint_that_turns():
     wild = self_check(Twin(ARM, "arm.xml"), {"motor": noise(2000, 40.0)}, ["acc.x"], 100)
     with pytest.raises(ModelError, match=r"arm\.xml: .* joint (elbow|shoulder) turns by up to"):
         wild.require()
+    with pytest.raises(ModelError, match=r"at \S+ of the inputs they miss"):
+        wild.require()
+
+
+def test_a_difference_that_is_small_but_seen_gets_its_cause_without_being_refused():
+    check = self_check(Twin(mjcf(PLANE, PLANE_REST)), {"hit": noise(600, 3.0)}, ["A1.x"], 200)
+    assert check.passed
+    assert 0.1 < check.of_noise["A1.x"] < 1
+    assert "joint twist turns by up to" in str(check)
 
 
 def test_an_arm_that_stands_on_its_head_is_refused_by_its_joint():
