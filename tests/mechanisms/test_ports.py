@@ -12,6 +12,7 @@ from twin.errors import ModelError
 from twin.mechanisms.edits import add_point_mass
 from twin.mechanisms.rest import Rest
 from twin.model import Twin
+from twin.model.free_run import free_run
 
 ALL = mechanisms.vocabulary()
 FREQUENCY = np.array([0.3, 1.1, 2.9, 4.0, 5.5, 9.0, 14.0, 30.0])
@@ -69,6 +70,7 @@ LAWS = [
     ("portal_3d", "stiffness_drift", "storey2_y", (-0.2, 5000.0), 0.5, 2, 5e-3),
     ("cantilever", "cubic_stiffness", "hinge1", (2e6,), 0.02, 8, 5e-3),
     ("cantilever", "bumper", "acc_mid", (300.0, 1e-4), 0.02, 8, 5e-3),
+    ("drive", "pendulum_friction", "slide", (10.0, 1e-4), 60.0, 10, 1e-3),
     ("drive", "coulomb_friction", "carriage", (10.0, 1e-4), 60.0, 10, 1e-3),
 ]
 
@@ -120,6 +122,26 @@ def test_a_law_at_any_port_moves_a_structure_as_an_independent_integration_says(
     free = readings(linear(name), forces, None, 8 if name == "cantilever" else 2)
     assert error(found, true) < most
     assert error(free, true) > 3 * most, "the test shows something"
+
+
+@pytest.mark.parametrize(
+    ("mechanism", "place", "values"),
+    [
+        ("base_compliance", "ground.y", (2e4, 20.0, 5.0)),
+        ("mass", "acc_floor2_b", (0.3,)),
+        ("appendage", "floor2.y", (0.1, 4.0, 0.02)),
+        ("appendage", "storey2_y", (0.1, 4.0, 0.02)),
+    ],
+)
+def test_a_change_is_shaken_by_the_ground_as_the_structure_is(mechanism, place, values):
+    change, time = ALL[mechanism](place, *values), np.arange(1200) / RATE
+    shaking = 0.5 * np.sin(2 * np.pi * 3 * time) * np.minimum(time, 1)
+    twin = load("portal_3d")
+    model = change.edit(twin.linear(["acc_ground.y"], CHANNELS["portal_3d"][1]))
+    true = free_run(model, shaking[:, None], RATE)
+    columns = twin.including(change).simulate({}, RATE, 1200, {"y": shaking}).columns
+    found = np.column_stack([columns[output] for output in model.outputs])
+    assert error(found, true) < 1e-3
 
 
 @pytest.mark.parametrize("name", CHANNELS)

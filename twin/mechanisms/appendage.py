@@ -18,6 +18,9 @@ from twin.parameter import Parameter
 
 Array = NDArray[np.float64]
 
+LITTLE = 1e-4
+"""Share of its inertia that a body has in motions that are of no account."""
+
 LIGHT_HZ = (0.4, 40.0)
 LIGHT_COUNT = 90
 """Grid of frequencies for very light ones: one in twenty."""
@@ -65,19 +68,23 @@ class Appendage(SlightChange):
         return model.hanging(label, self.place, self.mass, self.damping, self.stiffness)
 
     def apply(self, spec: mujoco.MjSpec) -> None:
-        """Add a body that slides or turns in the world, held to the port by a tendon."""
+        """Add a body that moves in the world, held to the port by a tendon.
+
+        It slides along the port; where nothing does as a whole, as in a drift, it turns.
+        """
         line = Line.of(spec, self.place)
         if not self.mass:
             return
         label = free_name(f"{self.name}_{self.place}", {body.name for body in spec.bodies})
-        turns = line.motion.unit == "rad"
-        weight = 1.0 if turns else self.mass
-        size = [self.mass if turns else 1e-4 * self.mass] * 3
+        slides = bool(np.any(line.motion.along))
+        weight = self.mass if slides else LITTLE * self.mass
+        size = [LITTLE * self.mass if slides else self.mass] * 3
         body = spec.worldbody.add_body(name=label, mass=weight, inertia=size, gravcomp=1.0)
         body.explicitinertial = True
         body.ipos = [0, 0, 0]
-        kind = mujoco.mjtJoint.mjJNT_HINGE if turns else mujoco.mjtJoint.mjJNT_SLIDE
-        body.add_joint(name=label, type=kind, axis=[1, 0, 0])
+        kind = mujoco.mjtJoint.mjJNT_SLIDE if slides else mujoco.mjtJoint.mjJNT_HINGE
+        axis = line.motion.along if slides else [1, 0, 0]
+        body.add_joint(name=label, type=kind, axis=axis)
         spring = line.tendon(self.name)
         spring.wrap_joint(label, -1.0)
         spring.stiffness = [self.stiffness, 0.0, 0.0]

@@ -38,12 +38,15 @@ class Motion:
         length: that sum at rest [m or rad].
         unit: "m" or "rad".
         mass: of the bodies that hang on the port's last joint, those it carries [kg].
+        along: what it moves for a unit translation of everything along x, y, z, (3,): zero for a
+            relative motion and for a rotation.
     """
 
     terms: dict[str, float]
     length: float
     unit: str
-    mass: float = 0.0
+    mass: float
+    along: Array
 
 
 class Rest:
@@ -72,8 +75,8 @@ class Rest:
         reduced.at_rest()
         self.data, self.freedoms = reduced.data, reduced.basis
 
-    def row(self, name: str) -> tuple[Array, str]:
-        """Return the port's row on the joint velocities, (nv,), and its unit.
+    def row(self, name: str) -> tuple[Array, str, Array]:
+        """Return the port's row on the joint velocities, (nv,), its unit and ``Motion.along``.
 
         Raises:
             ModelError: there is no such port, or nothing moves it.
@@ -86,7 +89,7 @@ class Rest:
             if first is not None and second is not None:
                 if first[1] != second[1]:
                     raise ModelError(f"{name}: the one is in {first[1]}, the other in {second[1]}")
-                return first[0] - second[0], first[1]
+                return first[0] - second[0], first[1], first[2] - second[2]
         raise ModelError(f"no place '{name}'; there are {available(self.names())}")
 
     def names(self) -> list[str]:
@@ -116,7 +119,7 @@ class Rest:
         Raises:
             ModelError: no such port, nothing moves it, or a free or a ball joint does.
         """
-        row, unit = self.row(name)
+        row, unit, along = self.row(name)
         model, terms, length = self.model, {}, 0.0
         joints = []
         for joint in range(model.njnt):
@@ -137,27 +140,28 @@ class Rest:
         if not terms:
             raise ModelError(f"{name}: nothing moves it; there are {available(self.names())}")
         mass = float(model.body_mass[list(hanging_on(model, joints))].sum())
-        return Motion(terms, length, unit, mass)
+        return Motion(terms, length, unit, mass, along)
 
-    def _element(self, name: str) -> tuple[Array, str] | None:
+    def _element(self, name: str) -> tuple[Array, str, Array] | None:
         model, kinds = self.model, mujoco.mjtObj
-        row = np.zeros(model.nv)
+        row, axes = np.zeros(model.nv), np.vstack([np.eye(3), np.zeros((3, 3))])
         joint = mujoco.mj_name2id(model, kinds.mjOBJ_JOINT, name)
         if joint >= 0:
             if model.jnt_type[joint] not in SCALAR:
                 return None
             row[model.jnt_dofadr[joint]] = 1.0
             slides = model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE
-            return row, "m" if slides else "rad"
+            return row, "m" if slides else "rad", np.zeros(3)
         tendon = mujoco.mj_name2id(model, kinds.mjOBJ_TENDON, name)
         if tendon >= 0:
-            return tendon_row(model, self.data, tendon), tendon_unit(model, tendon)
+            unit = tendon_unit(model, tendon)
+            return tendon_row(model, self.data, tendon), unit, np.zeros(3)
         element, _, axis = name.rpartition(".")
         if element and axis in (*TRANSLATIONS, *ROTATIONS):
             jacobian = self._jacobian(element)
             if jacobian is not None:
                 number = (*TRANSLATIONS, *ROTATIONS).index(axis)
-                return jacobian[number], "m" if number < 3 else "rad"
+                return jacobian[number], "m" if number < 3 else "rad", axes[number]
         jacobian = self._jacobian(name)
         if jacobian is None:
             return None
@@ -165,7 +169,8 @@ class Rest:
         if len(along) != 1:
             what = f"say which of {available(along)}" if along else "nothing moves it"
             raise ModelError(f"{name}: {what}")
-        return jacobian[TRANSLATIONS.index(along[0].rpartition(".")[2])], "m"
+        number = TRANSLATIONS.index(along[0].rpartition(".")[2])
+        return jacobian[number], "m", axes[number]
 
     def _jacobian(self, name: str) -> Array | None:
         """Return how a body's origin or a site moves and turns, (6, nv), None where none is."""
