@@ -135,7 +135,7 @@ def test_a_law_at_any_port_moves_a_structure_as_an_independent_integration_says(
 )
 def test_a_change_is_shaken_by_the_ground_as_the_structure_is(mechanism, place, values):
     change, time = ALL[mechanism](place, *values), np.arange(1200) / RATE
-    shaking = 0.5 * np.sin(2 * np.pi * 3 * time) * np.minimum(time, 1)
+    shaking = 0.05 * np.sin(2 * np.pi * 3 * time) * np.minimum(time, 1)
     twin = load("portal_3d")
     model = change.edit(twin.linear(["acc_ground.y"], CHANNELS["portal_3d"][1]))
     true = free_run(model, shaking[:, None], RATE)
