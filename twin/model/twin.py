@@ -16,7 +16,7 @@ from twin.arrays import frozen
 from twin.contract import check_names, floors_of, names_in
 from twin.errors import ModelError, available
 from twin.files import write_whole
-from twin.frame import FrameDesign, to_mjcf
+from twin.frame import Design, to_mjcf
 from twin.linearise import Linearisation, linearise
 from twin.mechanisms.mechanism import ChannelFault, Mechanism
 from twin.mechanisms.replay import in_order
@@ -107,7 +107,7 @@ class Twin:
         return cls(compiling.read(path), str(path))
 
     @classmethod
-    def of(cls, design: FrameDesign) -> Twin:
+    def of(cls, design: Design) -> Twin:
         """Build the model of a design."""
         return cls(to_mjcf(design), "frame design")
 
