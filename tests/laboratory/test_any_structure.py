@@ -9,7 +9,15 @@ from twin.cli import main
 from twin.errors import ExperimentError
 from twin.formats import read_recording
 from twin.instruments import Instrument
-from twin.laboratory import Analyser, Experiment, Multisine, RandomShaking, run
+from twin.laboratory import (
+    Analyser,
+    Experiment,
+    Multisine,
+    RandomShaking,
+    hammer_test,
+    run,
+    shaker_test,
+)
 from twin.model import Twin
 
 IDEAL = {kind: Instrument(bits=None) for kind in ("acc", "force", "disp")}
@@ -64,6 +72,19 @@ def test_what_has_no_accelerometer_is_recorded_by_its_other_sensors():
     test = Experiment(RandomShaking(20.0, (0.5, 5.0)), "force", SHORT, instruments=IDEAL)
     recording = run(test, Twin.load("drive"))
     assert [channel.title for channel in recording.channels] == ["force [N]", "position [m]"]
+
+
+def test_one_call_is_a_virtual_test(portal):
+    hit = hammer_test("cantilever", "force_tip", peak_n=1.0, sampling_hz=64, duration_s=2.0)
+    assert hit.names == ("force_tip", "acc_low", "acc_mid", "acc_tip")
+    short = {"sampling_hz": 64.0, "duration_s": 2.0, "band_hz": (0.5, 20.0)}
+    pushed = shaker_test(portal, ("force_floor1_x", "force_floor2_y"), noise=0.0, **short)
+    again = shaker_test(portal, ("force_floor1_x", "force_floor2_y"), noise=0.0, **short)
+    np.testing.assert_array_equal(pushed.data, again.data)
+    shaken = shaker_test(portal, ground=("y",), kind="sweep", sensors=("acc_floor2_a.y",), **short)
+    assert shaken.names == ("acc_ground.y", "acc_floor2_a.y")
+    with pytest.raises(ExperimentError, match="no kind of shaking 'loud'; there is random"):
+        shaker_test(portal, "force_floor1_x", kind="loud")
 
 
 @pytest.mark.parametrize(

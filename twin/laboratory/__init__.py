@@ -9,6 +9,7 @@ from twin.laboratory.hammer import Hammer
 from twin.laboratory.multisine import Multisine
 from twin.laboratory.random_shaking import RandomShaking
 from twin.laboratory.sweep import Sweep
+from twin.laboratory.virtual import hammer_test, shaker_test
 
 __all__ = [
     "Analyser",
@@ -21,8 +22,10 @@ __all__ = [
     "RandomShaking",
     "Sweep",
     "TimeBase",
+    "hammer_test",
     "perform",
     "read_ground_motion",
     "run",
     "settling_time",
+    "shaker_test",
 ]
