@@ -94,8 +94,12 @@ def identify_recordings(
     if period:
         kept += [last_periods(r, period, unseen) for r in train if unseen]
         train = [mean_period(r, period, unseen) for r in train]
-    with terminal.status("identifying"):
-        result = identify(train, order, p, inputs, outputs, band)
+    with terminal.status("identifying") as status:
+
+        def progress(what: str, step: int, steps: int) -> None:
+            status.update(f"{what}, {step} of {steps}")
+
+        result = identify(train, order, p, inputs, outputs, band, progress)
     errors = unseen_errors(result, kept)
     print_identification(terminal, result, truth, errors)
     files = write_identification(folder(out or DEFAULT_FOLDER), result, truth)

@@ -32,7 +32,7 @@ def as_json(result: Identification) -> dict[str, Any]:
         )
     return {
         "modes": modes,
-        "singular_values": result.singular_values.tolist(),
+        "singular_values": result.singular_values.tolist() or None,
         "order": result.order,
         "A": _matrix(model.A),
         "B": _matrix(model.B),

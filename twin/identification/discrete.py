@@ -18,6 +18,9 @@ from twin.state_space import StateSpace
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
+MOST_ELEMENTS = 5e7
+"""Numbers in a matrix of regressors beyond which normal equations or residues take its place."""
+
 
 def predict(fit: ModalFit, u: Array, y: Array, dt: float, edge: int = 0) -> Array:
     """Return the outputs that the model gives for the input, (samples, outputs).
@@ -32,29 +35,39 @@ def predict(fit: ModalFit, u: Array, y: Array, dt: float, edge: int = 0) -> Arra
         omega, np.fft.rfft(u, axis=0) * scale, np.fft.rfft(y, axis=0) * scale, samples, dt, edge
     )
     p = fit.parameters
-    G = frequency_response(p, whole, fit.hold, fit.w_max)
-    if fit.residual:
-        # The out-of-band term is a fit inside the band; beyond it, it must not grow.
-        ratio = (omega[:, None, None] / fit.w_max) ** 2
-        G = G - p.D2 * np.maximum(ratio - 1, 0)
+    G = frequency_response(p, whole, fit.hold, fit.w_max, (fit.w_min, fit.w_max))
     Y = np.einsum("kmr,kr->km", G, whole.U)
-    inside = (omega > 0) & (omega <= fit.w_max)
+    inside = (omega > 0) & (omega >= fit.w_min) & (omega <= fit.w_max)
     _, _, t, _ = basis(p.poles, whole, fit.hold)
     _, _, mirrored, _ = basis(p.poles.conj(), whole, fit.hold)
-    columns = []
-    for i in range(len(p.poles)):
-        plus = np.outer(t[:, i], p.psi[:, i])
-        minus = np.outer(mirrored[:, i], p.psi[:, i].conj())
-        columns += [plus + minus, 1j * (plus - minus)]
-    free = np.stack(columns, axis=2)
-    rows = free[inside].reshape(-1, free.shape[2])
-    error = (whole.Y - Y)[inside].ravel()
-    c, *_ = np.linalg.lstsq(
-        np.vstack([rows.real, rows.imag]), np.concatenate([error.real, error.imag]), rcond=None
-    )
-    Y = Y + free @ c
+    c = _free_response(p.psi, t[inside], mirrored[inside], (whole.Y - Y)[inside])
+    Y = Y + (t * c) @ p.psi.T + (mirrored * c.conj()) @ p.psi.conj().T
     Y[0] = whole.Y[0]
     return np.asarray(np.fft.irfft(Y, samples, axis=0) / scale)
+
+
+def _free_response(
+    psi: ComplexArray, t: ComplexArray, mirrored: ComplexArray, error: ComplexArray
+) -> ComplexArray:
+    """Fit every mode's free response to what the input leaves unexplained, (modes,)."""
+
+    def rows(o: int) -> Array:
+        plus, minus = t * psi[o], mirrored * psi[o].conj()
+        pairs = np.stack([plus + minus, 1j * (plus - minus)], axis=2).reshape(len(t), -1)
+        return np.vstack([pairs.real, pairs.imag])
+
+    outputs, n = psi.shape
+    if 4 * t.shape[0] * n * outputs <= MOST_ELEMENTS:
+        left = np.vstack([rows(o) for o in range(outputs)])
+        right = np.concatenate([np.r_[error[:, o].real, error[:, o].imag] for o in range(outputs)])
+    else:
+        left, right = np.zeros((2 * n, 2 * n)), np.zeros(2 * n)
+        for o in range(outputs):
+            own = rows(o)
+            left += own.T @ own
+            right += own.T @ np.r_[error[:, o].real, error[:, o].imag]
+    c, *_ = np.linalg.lstsq(left, right, rcond=None)
+    return np.asarray(c[0::2] + 1j * c[1::2])
 
 
 def realize(
@@ -74,6 +87,9 @@ def realize(
     p = fit.parameters
     (m, n), r = p.psi.shape, p.participation.shape[1]
     decay = np.exp(p.poles * dt)
+    if sum(len(u) for u, _ in pairs) * m * 2 * n * r > MOST_ELEMENTS:
+        gain = (decay - 1) / p.poles if fit.hold == "band-limited" else np.ones(n)
+        return _modal(decay, p.psi, p.participation * gain[:, None], p.D, dt)
     gram = np.zeros((2 * n * r + m * r + 0, 2 * n * r + m * r))
     right = np.zeros(len(gram))
     for u, y in pairs:
@@ -86,16 +102,25 @@ def realize(
     scale = np.sqrt(np.maximum(np.diag(gram), np.finfo(float).tiny))
     solved = np.linalg.lstsq(gram / np.outer(scale, scale), right / scale, rcond=1e-13)[0] / scale
     drive = solved[: 2 * n * r].reshape(n, r, 2)
-    A = np.zeros((2 * n, 2 * n))
-    B, C = np.zeros((2 * n, r)), np.zeros((m, 2 * n))
+    model = _modal(
+        decay, p.psi, drive[..., 0] + 1j * drive[..., 1], solved[2 * n * r :].reshape(m, r), dt
+    )
+    G = _observer_gain(model, p.poles, p.psi, observer)
+    return StateSpace(model.A, model.B, model.C, model.D, dt, G)
+
+
+def _modal(
+    decay: ComplexArray, psi: ComplexArray, drive: ComplexArray, D: Array, dt: float
+) -> StateSpace:
+    """Return the real block-diagonal realization of x(k+1) = decay x(k) + drive u(k)."""
+    (m, n), r = psi.shape, drive.shape[1]
+    A, B, C = np.zeros((2 * n, 2 * n)), np.zeros((2 * n, r)), np.zeros((m, 2 * n))
     for i in range(n):
         at = slice(2 * i, 2 * i + 2)
         A[at, at] = [[decay[i].real, -decay[i].imag], [decay[i].imag, decay[i].real]]
-        B[at] = drive[i].T
-        C[:, 2 * i], C[:, 2 * i + 1] = 2 * p.psi[:, i].real, -2 * p.psi[:, i].imag
-    model = StateSpace(A, B, C, solved[2 * n * r :].reshape(m, r), dt)
-    G = _observer_gain(model, p.poles, p.psi, observer)
-    return StateSpace(A, B, C, model.D, dt, G)
+        B[at] = drive[i].real, drive[i].imag
+        C[:, 2 * i], C[:, 2 * i + 1] = 2 * psi[:, i].real, -2 * psi[:, i].imag
+    return StateSpace(A, B, C, D, dt)
 
 
 def _regressors(decay: ComplexArray, psi: ComplexArray, u: Array) -> Array:

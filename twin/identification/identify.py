@@ -15,8 +15,10 @@ from twin.identification.proportional_damping import proportional_damping
 from twin.identification.records import Records, prepare
 from twin.identification.result import Identification
 from twin.identification.second_order import second_order_from_poles
+from twin.identification.segments import Progress
 from twin.identification.starts import realizations
 from twin.identification.structured import Structure, structured_second_order
+from twin.identification.wide_result import identify_wide, is_wide
 from twin.modal import ModalModel
 from twin.recording import Recording
 
@@ -33,12 +35,15 @@ def identify(
     inputs: Sequence[str] | None = None,
     outputs: Sequence[str] | None = None,
     band_hz: tuple[float, float] | None = None,
+    progress: Progress | None = None,
 ) -> Identification:
     """Identify a linear model from one or several recordings of the same structure.
 
     OKID and ERA give the order and a first model, eqs. (21)-(40); a maximum-likelihood fit of
     the modal parameters in the frequency domain, started from there, removes their bias; the
-    second-order model follows by eq. (41), proportional damping by eqs. (42)-(46).
+    second-order model follows by eq. (41), proportional damping by eqs. (42)-(46). Where many
+    lines and channels make that long, least-squares complex frequency gives the first model and
+    the band is refined in segments.
 
     Args:
         recordings: at the same sampling rate, with common outputs.
@@ -47,12 +52,16 @@ def identify(
         inputs: channels that drive; forces that move, or the ground's acceleration.
         outputs: channels that respond; all others by default.
         band_hz: frequencies to use; by default what the input excites, below 1/2.56 of the rate.
+        progress: told what is done, which step it is and of how many.
 
     Raises:
         TwinError: the recordings do not allow it; the message says why.
     """
     try:
-        return _identify(prepare(recordings, inputs, outputs), order, p, band_hz)
+        records = prepare(recordings, inputs, outputs)
+        if order is None and p is None and is_wide(records, band_hz):
+            return identify_wide(records, band_hz, progress)
+        return _identify(records, order, p, band_hz)
     except np.linalg.LinAlgError as error:
         raise IdentificationError(
             f"{recordings[0].source}: the numerical solution failed ({error}); look for outliers"

@@ -55,6 +55,7 @@ class ModalFit:
         unknowns: number of fitted parameters; outputs left free at the ends do not count, they
             stand for data that are not used.
         data: number of real data.
+        w_min: lowest analysed angular frequency [rad/s].
     """
 
     parameters: ModalParameters
@@ -67,6 +68,7 @@ class ModalFit:
     log_likelihood: float
     unknowns: int
     data: int
+    w_min: float = 0.0
 
     @property
     def bic(self) -> float:
@@ -258,6 +260,7 @@ def _summarise(
         log_likelihood=-log_det - float(np.sum(np.abs(white) ** 2)),
         unknowns=J.shape[1] - sum(edge.size for edge in p.edges),
         data=2 * J.shape[0],
+        w_min=min(float(s.omega[0]) for s in spectra),
     )
 
 

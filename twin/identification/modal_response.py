@@ -37,7 +37,8 @@ class ModalParameters:
         anchor: the output whose component is fixed, (n,).
         participation: L, (n, r).
         D: direct transmission, (m, r).
-        D2: what out-of-band modes add, multiplied by (w / w_max)^2, (m, r).
+        D2: what modes above the band add, multiplied by (w / w_max)^2, (m, r).
+        D_low: what modes below the band add, multiplied by (w_max / w)^2, (m, r), or None.
         transient: c, (records, n).
         edges: outputs at the free samples, (records, 2 edge, m).
     """
@@ -51,6 +52,7 @@ class ModalParameters:
     D2: Array
     transient: ComplexArray
     edges: tuple[Array, ...]
+    D_low: Array | None = None
 
     @property
     def poles(self) -> ComplexArray:
@@ -75,15 +77,31 @@ def basis(
 
 
 def frequency_response(
-    parameters: ModalParameters, s: Spectrum, hold: Hold, w_max: float
+    parameters: ModalParameters,
+    s: Spectrum,
+    hold: Hold,
+    w_max: float,
+    limits: tuple[float, float] | None = None,
 ) -> ComplexArray:
-    """Return G at the bins of ``s``, (bins, outputs, inputs)."""
+    """Return G at the bins of ``s``, (bins, outputs, inputs).
+
+    Args:
+        parameters: of the model.
+        s: the lines.
+        hold: what the input does between its samples.
+        w_max: highest analysed angular frequency [rad/s].
+        limits: beyond them the out-of-band terms, a fit inside the band, stay what they are there.
+    """
     p = parameters
     b, _, _, _ = basis(p.poles, s, hold)
     mirrored, _, _, _ = basis(p.poles.conj(), s, hold)
     G = np.einsum("mn,kn,nr->kmr", p.psi, b, p.participation)
     G += np.einsum("mn,kn,nr->kmr", p.psi.conj(), mirrored, p.participation.conj())
-    return np.asarray(G + p.D + p.D2 * (s.omega[:, None, None] / w_max) ** 2)
+    omega = s.omega if limits is None else np.clip(s.omega, *limits)
+    ratio = omega[:, None, None] / w_max
+    if p.D_low is not None:
+        G = G + p.D_low * np.maximum(ratio, np.finfo(float).eps) ** -2
+    return np.asarray(G + p.D + p.D2 * ratio**2)
 
 
 def respond(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,8 @@ WINDOW_MARGIN = 8
 EDGE_SAMPLES = 8
 EDGE_COLUMNS = 128
 STILL_AT_EDGES = 1e-3
+AT_REST = 0.01
+"""Share of the peak: an earlier hit's motion below it costs less than unknowns would."""
 
 
 @dataclass(frozen=True)
@@ -81,6 +83,22 @@ class Records:
             edge = 0 if still or not edges else min(EDGE_SAMPLES, affordable)
             found.append(spectrum(u, y, self.dt, band, edge))
         return found
+
+    def wide_spectra(self, band_hz: tuple[float, float] | None) -> list[Spectrum]:
+        """Transform every record; those that start at rest need no unknown state at their ends."""
+        found = []
+        for s, u, y, hit in zip(
+            self.spectra(band_hz, edges=False), self.u, self.y, self.hits, strict=True
+        ):
+            calm = hit is not None and hit[0] > 0 and _calm_before(y, hit[0])
+            found.append(replace(s, transient=not calm, from_rest=u if calm else None))
+        return found
+
+
+def _calm_before(y: Array, hit: int) -> bool:
+    """Whether what moves before the hit is less than a hundredth of what moves after it."""
+    before = y[:hit] - y.mean(axis=0)
+    return bool(np.all(np.sqrt(np.mean(before**2, axis=0)) < AT_REST * np.abs(y).max(axis=0)))
 
 
 def prepare(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -74,10 +75,27 @@ class Identification:
 
     @property
     def nrmse(self) -> float:
-        """RMS of measured less re-simulated output over RMS of the output, pooled over outputs."""
-        error = power = 0.0
-        for recording, predicted in zip(self.recordings, self.predicted, strict=True):
-            measured = recording.matrix(self.outputs)
-            error += float(np.sum((measured - predicted) ** 2))
-            power += float(np.sum(measured**2))
-        return float(np.sqrt(error / power)) if power > 0 else float("nan")
+        """RMS of the re-simulation's error over RMS of the output, inside the fitted band."""
+        measured = [recording.matrix(self.outputs) for recording in self.recordings]
+        band = (self.fit.w_min, self.fit.w_max) if self.fit else (0.0, np.inf)
+        return band_error(measured, self.predicted, 1 / self.sampling_hz, band)
+
+
+def band_error(
+    measured: Sequence[Array], predicted: Sequence[Array], dt: float, band: tuple[float, float]
+) -> float:
+    """Return RMS of the error over RMS of the output inside a band, pooled over outputs.
+
+    Args:
+        measured: outputs of every record, (samples, outputs).
+        predicted: what the model says, alike.
+        dt: sampling interval [s].
+        band: angular frequencies [rad/s]; what the model does not claim does not count.
+    """
+    error = power = 0.0
+    for y, model in zip(measured, predicted, strict=True):
+        omega = 2 * np.pi * np.fft.rfftfreq(len(y), dt)
+        inside = (omega >= band[0]) & (omega <= band[1])
+        error += float(np.sum(np.abs(np.fft.rfft(y - model, axis=0)[inside]) ** 2)) / len(y)
+        power += float(np.sum(np.abs(np.fft.rfft(y, axis=0)[inside]) ** 2)) / len(y)
+    return float(np.sqrt(error / power)) if power > 0 else float("nan")

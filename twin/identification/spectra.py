@@ -34,6 +34,10 @@ class Spectrum:
         dt: sampling interval [s].
         edge: samples at either end whose inter-sample input the periodic continuation gets
             wrong; their outputs are left free in the fit.
+        transient: whether the states at the record's start and end differ in a way that is not
+            known; frequency responses have none.
+        from_rest: inputs of a record that starts at rest, (samples, inputs): its end state
+            follows from them. None otherwise.
     """
 
     omega: Array
@@ -42,6 +46,8 @@ class Spectrum:
     samples: int
     dt: float
     edge: int = 0
+    transient: bool = True
+    from_rest: Array | None = None
 
     @property
     def z(self) -> ComplexArray:

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from twin.identification.discrete import predict
 from twin.identification.records import prepare
-from twin.identification.result import Identification
+from twin.identification.result import Identification, band_error
 from twin.recording import Recording
 
 
 def unseen_nrmse(result: Identification, recording: Recording) -> float:
-    """Return RMS of the error over RMS of the output, pooled over outputs, running free.
+    """Return RMS of the error over RMS of the output in the fitted band, pooled, running free.
 
     Only the state at the start and the sensors' offsets are taken from the recording.
 
@@ -21,5 +19,5 @@ def unseen_nrmse(result: Identification, recording: Recording) -> float:
     assert result.fit is not None
     records = prepare([recording], result.inputs, result.outputs)
     u, y = records.pairs[0]
-    error = y - predict(result.fit, u, y, records.dt)
-    return float(np.sqrt(np.sum(error**2) / np.sum(y**2)))
+    band = result.fit.w_min, result.fit.w_max
+    return band_error([y], [predict(result.fit, u, y, records.dt)], records.dt, band)

@@ -134,6 +134,8 @@ def frequency_responses(result: Identification) -> Figure:
 def singular_values(result: Identification) -> Figure:
     """Draw the singular values of the Hankel matrix and the order that was chosen (Fig. 7)."""
     sigma = result.singular_values[:SHOWN_SINGULAR_VALUES]
+    if not len(sigma):
+        return _empty("no Hankel matrix was needed")
     number = np.arange(1, len(sigma) + 1)
     figure = Figure(figsize=(6.4, 4), layout="constrained")
     ax = figure.subplots()
@@ -147,6 +149,14 @@ def singular_values(result: Identification) -> Figure:
     ax.set_title(f"order {result.order}", fontsize=10)
     ax.grid(alpha=0.3)
     ax.legend()
+    return figure
+
+
+def _empty(text: str) -> Figure:
+    figure = Figure(figsize=(6.4, 1.2), layout="constrained")
+    ax = figure.subplots()
+    ax.axis("off")
+    ax.text(0.5, 0.5, text, ha="center", va="center")
     return figure
 
 

@@ -1,0 +1,85 @@
+"""Many modes from records too long for the fit of all modes at once."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from wide_support import FREQ, OUTPUTS, RATE, ZETA, poles, record
+
+from twin.errors import IdentificationError
+from twin.identification import wide_result
+from twin.identification.clusters import clusters, diagram
+from twin.identification.complex_frequency import denominator
+from twin.identification.identify import identify
+from twin.identification.segments import segments
+from twin.identification.spectra import spectrum
+from twin.identification.unseen import unseen_nrmse
+from twin.identification.wide_band import fit_wide, starting_poles
+from twin.recording import Recording
+
+
+def spectra(noise=0.01, samples=8192):
+    found = []
+    for seed in (1, 2):
+        u, y = record(0, samples, noise, seed)
+        found.append(replace(spectrum(u, y, 1 / RATE, (40, 700)), transient=False, from_rest=u))
+    return found
+
+
+def recording(seed, noise=0.01, samples=8192):
+    u, y = record(0, samples, noise, seed)
+    names = {"force_floor1": u[:, 0]} | {f"acc_floor{i + 1}": y[:, i] for i in range(OUTPUTS)}
+    return Recording.build(RATE, names, source=f"hit {seed}")
+
+
+def test_the_denominator_of_exact_data_has_the_poles_of_the_structure():
+    found = denominator(spectra(0.0), 40).poles(40)
+    for pole in poles():
+        assert np.min(np.abs(found - pole)) < 0.01 * -pole.real
+
+
+def test_the_columns_of_stable_poles_are_the_modes():
+    exact = spectra(0.01)
+    found = diagram(denominator(exact, 60), range(2, 61, 2), 2 * np.pi / 4)
+    kept = [c for c in clusters(found, 2 * np.pi / 4) if c.orders >= 12]
+    for f in FREQ:
+        assert min(abs(abs(c.pole) / 2 / np.pi - f) for c in kept) < 1e-3 * f
+
+
+def test_segments_hold_few_modes_and_cover_the_band():
+    omega = np.arange(1.0, 40.0)
+    parts = segments(omega, 0.5, 40.0, 0.01)
+    assert max(np.sum(p.holds(omega)) for p in parts) <= 6
+    assert sum(np.sum(p.holds(omega)) for p in parts) == len(omega)
+
+
+def test_every_mode_is_found_and_no_other_and_the_intervals_hold(monkeypatch):
+    monkeypatch.setattr(wide_result, "DATA", 1000)
+    found = identify([recording(1), recording(2)], band_hz=(40, 700))
+    np.testing.assert_allclose(found.modal.natural_freq, FREQ, rtol=1e-4)
+    error = found.modal.natural_freq - FREQ
+    assert np.all(np.abs(error) < 4 * found.modal.natural_freq_std)
+    assert np.all(np.abs(found.modal.damping_ratio - ZETA) < 4 * found.modal.damping_ratio_std)
+    assert np.all(found.modal.damping_ratio_std < 0.2 * ZETA)
+    assert unseen_nrmse(found, recording(3)) < 0.012
+    assert found.nrmse < 0.012
+
+
+def test_the_force_that_is_held_is_told_from_one_that_is_band_limited(monkeypatch):
+    monkeypatch.setattr(wide_result, "DATA", 1000)
+    assert "input held" in identify([recording(1)], band_hz=(40, 700)).route
+
+
+def test_noise_alone_gives_no_mode():
+    rng = np.random.default_rng(0)
+    s = spectrum(*(rng.standard_normal((8192, 2)) for _ in range(2)), 1 / RATE, (40, 700))
+    with pytest.raises(IdentificationError, match=r"no mode pays|no pole stays"):
+        fit_wide([s], "held", *starting_poles([s]))
+
+
+def test_progress_is_told(monkeypatch):
+    monkeypatch.setattr(wide_result, "DATA", 1000)
+    told = []
+    identify([recording(1)], band_hz=(40, 300), progress=lambda *step: told.append(step))
+    assert {what for what, _, _ in told} == {"least-squares complex frequency", "refining"}
+    assert all(1 <= step <= steps for _, step, steps in told)

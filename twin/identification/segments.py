@@ -1,0 +1,200 @@
+"""The band in segments of a few modes: poles refined and modes weighed one segment at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.errors import IdentificationError
+from twin.identification.separable import Drive, Terms, project, solve, start_drive
+from twin.identification.spectra import Spectrum
+from twin.modal import mac
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+Progress = Callable[[str, int, int], None]
+"""Told what is done, which step it is and of how many."""
+
+MODES = 6
+"""Modes in a segment at most; the Gauss-Newton step of a segment grows with their square."""
+
+LEAST_LINES = 24
+"""Lines in a segment at least, for its noise level."""
+
+NEIGHBOURS = 2
+"""Modes beyond either end that a segment's model has too."""
+
+ROUNDS = 2
+"""Times the noise level of a segment is estimated anew."""
+
+TOLERANCE = 1e-5
+MOST_STEPS = 12
+"""When the Gauss-Newton iteration of a segment ends: at a relative fall of the cost far below one
+unit of a likelihood's logarithm in a thousand lines, or after so many steps."""
+
+SAME_SHAPE = 0.99
+"""MAC above which two modes within one bandwidth are one."""
+
+BROAD = 0.2
+"""Damping ratio above which a mode is a background, not a resonance."""
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A part of the band.
+
+    Attributes:
+        low: first angular frequency [rad/s].
+        high: last angular frequency [rad/s].
+    """
+
+    low: float
+    high: float
+
+    def holds(self, omega: Array) -> NDArray[np.bool_]:
+        """Which frequencies lie inside."""
+        return np.asarray((omega >= self.low) & (omega < self.high))
+
+    def part(self, s: Spectrum) -> Spectrum:
+        """Return the lines of a record inside the segment."""
+        keep = self.holds(s.omega)
+        return replace(s, omega=s.omega[keep], U=s.U[keep], Y=s.Y[keep])
+
+
+def segments(omega: Array, low: float, high: float, resolution: float) -> list[Segment]:
+    """Cut the band in the middle of the widest gaps between modes until few are left in each."""
+    found = [Segment(low, np.nextafter(high, np.inf))]
+    while True:
+        sizes = [int(np.sum(s.holds(omega))) for s in found]
+        cut = None
+        for index in np.argsort(sizes)[::-1]:
+            inside = np.sort(omega[found[index].holds(omega)])
+            if len(inside) <= MODES:
+                break
+            middle = (inside[1:] + inside[:-1]) / 2
+            least = LEAST_LINES * resolution
+            allowed = (middle - found[index].low > least) & (found[index].high - middle > least)
+            gaps = np.where(allowed, np.diff(inside), 0)
+            if gaps.max() > 0:
+                cut = index, float(middle[np.argmax(gaps)])
+                break
+        if cut is None:
+            return found
+        index, at = cut
+        old = found[index]
+        found[index : index + 1] = [Segment(old.low, at), Segment(at, old.high)]
+
+
+def level_weights(error: ComplexArray, power: Array) -> Array:
+    """Return 1 / standard deviation of white noise for every line and output.
+
+    Args:
+        error: residual, (lines, outputs).
+        power: smallest variance to believe, (outputs,).
+    """
+    variance = np.maximum(np.mean(np.abs(error) ** 2, axis=0), power)
+    return np.broadcast_to(1 / np.sqrt(variance), error.shape)
+
+
+def refine_segment(drive: Drive, segment: Segment, terms: Terms, prune: bool) -> Drive:
+    """Fit the modes of one segment, neighbours included, and drop those that pay for nothing.
+
+    A mode goes where the rise of the cost without it is less than the Bayesian information
+    criterion charges for its unknowns, and where it repeats another.
+
+    Returns:
+        The refined modes that began inside the segment.
+    """
+    inside = segment.holds(drive.omega)
+    order = np.argsort(drive.omega)
+    position = np.flatnonzero(inside[order])
+    if not len(position):
+        return drive.without(np.arange(len(drive.omega)))
+    first, last = max(position[0] - NEIGHBOURS, 0), position[-1] + NEIGHBOURS + 1
+    members = order[first:last]
+    own = Terms(
+        tuple(segment.part(s) for s in terms.spectra), terms.hold, terms.powers, terms.w_max
+    )
+    here = Drive(drive.omega[members], drive.zeta[members], drive.v[members], drive.anchor[members])
+    floor = 1e-14 * np.mean(np.abs(own.Y) ** 2, axis=0) + np.finfo(float).tiny
+    weight = level_weights(own.Y, floor)
+    mine = inside[members]
+    own_low, own_high = (min(s.omega[0] for s in terms.spectra), terms.w_max)
+    for _ in range(ROUNDS):
+        here, done = solve(here, own, weight, TOLERANCE, MOST_STEPS)
+        weight = level_weights(done.error, floor)
+    while prune and mine.any():
+        done = project(here, own, weight, derivative=False)
+        assert done.loss is not None
+        price = np.log(2 * own.Y.size) * 2 * (own.Y.shape[1] + here.v.shape[1])
+        outside = (here.omega < own_low) | (here.omega > own_high)
+        loss = np.where((here.zeta > BROAD) | outside, 0, done.loss)
+        cheap = np.flatnonzero(mine & (loss < price))
+        if not len(cheap):
+            break
+        # One mode may stand in for another: not all go at once.
+        gone = cheap[np.argsort(loss[cheap])[: (len(cheap) + 1) // 2]]
+        here, mine = here.without(gone), np.delete(mine, gone)
+        if not len(here.omega):
+            break
+        here, done = solve(here, own, weight, TOLERANCE, MOST_STEPS)
+        weight = level_weights(done.error, floor)
+    return Drive(here.omega[mine], here.zeta[mine], here.v[mine], here.anchor[mine])
+
+
+def repeated(drive: Drive, psi: ComplexArray, loss: Array) -> NDArray[np.bool_]:
+    """Return which modes repeat a stronger one of the same shape within one bandwidth.
+
+    A structure that softens with amplitude shows as two modes within one bandwidth.
+    """
+    found = np.zeros(len(drive.omega), bool)
+    alike = mac(psi, psi) > SAME_SHAPE
+    width = drive.zeta * drive.omega
+    for i, j in np.argwhere(np.triu(alike, 1)):
+        if abs(drive.omega[i] - drive.omega[j]) < width[i] + width[j]:
+            found[i if loss[i] < loss[j] else j] = True
+    return found
+
+
+def _unknowns_of_mode(drive: Drive, terms: Terms) -> int:
+    return 2 * (terms.Y.shape[1] + drive.v.shape[1])
+
+
+def refine(
+    drive: Drive,
+    terms: Terms,
+    parts: list[Segment],
+    prune: bool,
+    progress: Progress | None = None,
+) -> Drive:
+    """Refine every segment once and gather the modes."""
+    gathered: list[Drive] = []
+    for index, segment in enumerate(parts):
+        if progress:
+            progress("refining", index + 1, len(parts))
+        try:
+            gathered.append(refine_segment(drive, segment, terms, prune))
+        except (IdentificationError, np.linalg.LinAlgError):
+            gathered.append(drive.without(np.flatnonzero(~segment.holds(drive.omega))))
+    return joined(gathered)
+
+
+def joined(parts: list[Drive]) -> Drive:
+    """Return one drive of all modes, by frequency."""
+    omega = np.concatenate([p.omega for p in parts])
+    order = np.argsort(omega)
+    return Drive(
+        omega[order],
+        np.concatenate([p.zeta for p in parts])[order],
+        np.vstack([p.v for p in parts])[order],
+        np.concatenate([p.anchor for p in parts])[order],
+    )
+
+
+def starting_drive(poles: ComplexArray, terms: Terms) -> Drive:
+    """Return a first drive of all poles, residues solved for with equal weights."""
+    weight = np.ones((len(terms.Y), 1))
+    return start_drive(poles, terms, weight)

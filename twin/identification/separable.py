@@ -1,0 +1,388 @@
+"""Least squares of a modal model with all that enters linearly eliminated (variable projection).
+
+The output o of the modal model is linear in its shape components, direct terms and free ends:
+
+    Y_o(k) = sum_i [ psi_oi a_i(k) + conj psi_oi a~_i(k) ] + (direct terms) U(k) + (free ends)
+    a_i(k) = b_i(k) (L_i . U(k)) + c_is t_i(k)          in record s
+
+so that only the poles and the drive v_i = (L_i, c_i), one of its components fixed at 1, are
+unknowns of the Gauss-Newton iteration: two numbers a mode where one record has one input and no
+transient, whatever the number of outputs.
+
+Source: Golub and Pereyra 1973; Kaufman 1975 for the derivative.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from twin.errors import IdentificationError
+from twin.identification.modal_response import Hold, basis
+from twin.identification.spectra import Spectrum
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+LEAST_ZETA, MOST_ZETA = 1e-7, 0.95
+JOINT_ELEMENTS = 2e7
+"""Numbers in the whitened regressors up to which noise shared by outputs is weighed exactly."""
+
+
+@dataclass(frozen=True)
+class Drive:
+    """What is left to iterate on: n modes, r inputs, R transients.
+
+    Attributes:
+        omega: natural angular frequencies [rad/s], (n,).
+        zeta: damping ratios, positive, (n,).
+        v: participation of the inputs, then of the transients, (n, r + R).
+        anchor: component of v that is fixed at 1, (n,).
+    """
+
+    omega: Array
+    zeta: Array
+    v: ComplexArray
+    anchor: NDArray[np.int64]
+
+    @property
+    def poles(self) -> ComplexArray:
+        """Continuous-time poles [rad/s], (n,)."""
+        return self.omega * (-self.zeta + 1j * np.sqrt(1 - self.zeta**2))
+
+    def moved(self, step: Array) -> Drive:
+        """Return the drive after a step, (n, r + R, 2): log omega and log zeta, then v's parts."""
+        q = self.v.shape[1]
+        omega = self.omega * np.exp(np.clip(step[:, 0, 0], -1, 1))
+        zeta = np.clip(self.zeta * np.exp(np.clip(step[:, 0, 1], -3, 3)), LEAST_ZETA, MOST_ZETA)
+        v = self.v.copy()
+        free = np.arange(q)[None, :] != self.anchor[:, None]
+        v[free] += (step[:, 1:, 0] + 1j * step[:, 1:, 1]).ravel()
+        return replace(self, omega=omega, zeta=zeta, v=v)
+
+    def without(self, gone: NDArray[np.intp]) -> Drive:
+        """Return the drive without some modes, given by their indices."""
+        kept = np.setdiff1d(np.arange(len(self.omega)), gone)
+        return Drive(self.omega[kept], self.zeta[kept], self.v[kept], self.anchor[kept])
+
+
+@dataclass(frozen=True)
+class Terms:
+    """The fixed part of the model: what the records hold and which terms stand beside the modes.
+
+    Attributes:
+        spectra: the records.
+        hold: what the input does between its samples.
+        powers: powers of w / w_max of the direct terms, 0 among them.
+        w_max: highest analysed angular frequency [rad/s].
+    """
+
+    spectra: tuple[Spectrum, ...]
+    hold: Hold
+    powers: tuple[int, ...]
+    w_max: float
+
+    @property
+    def rows(self) -> list[slice]:
+        """Where each record's lines stand in the stacked arrays."""
+        ends = np.cumsum([0, *(len(s.omega) for s in self.spectra)])
+        return [slice(a, b) for a, b in pairwise(ends)]
+
+    @property
+    def Y(self) -> ComplexArray:
+        """Outputs of all records, (lines, outputs)."""
+        return np.vstack([s.Y for s in self.spectra])
+
+    @property
+    def drives(self) -> int:
+        """Components of a mode's drive, r + R."""
+        return self.spectra[0].U.shape[1] + sum(s.transient for s in self.spectra)
+
+    def direct(self) -> ComplexArray:
+        """Regressors of the direct terms and the free ends, (lines, columns)."""
+        U = np.vstack([s.U for s in self.spectra])
+        ratio = np.concatenate([s.omega for s in self.spectra])[:, None] / self.w_max
+        columns = [U * ratio**power for power in self.powers]
+        for s, at in zip(self.spectra, self.rows, strict=True):
+            if s.edge:
+                ends = np.zeros((len(U), 2 * s.edge), complex)
+                ends[at] = s.edge_columns()
+                columns.append(ends)
+        return np.hstack(columns)
+
+    def modal(self, poles: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+        """Return what each component of v excites in each mode, and its derivative by the pole.
+
+        Returns:
+            Two arrays of shape (lines, n, r + R).
+        """
+        r, lines = self.spectra[0].U.shape[1], self.rows[-1].stop
+        E = np.zeros((lines, len(poles), self.drives), complex)
+        slope = np.zeros_like(E)
+        column = r
+        for s, at in zip(self.spectra, self.rows, strict=True):
+            b, b_slope, t, t_slope = basis(poles, s, self.hold)
+            E[at, :, :r] = b[:, :, None] * s.U[:, None, :]
+            slope[at, :, :r] = b_slope[:, :, None] * s.U[:, None, :]
+            if s.from_rest is not None:
+                end, end_slope = end_state(poles, s, self.hold)
+                E[at, :, :r] -= t[:, :, None] * end
+                slope[at, :, :r] -= t_slope[:, :, None] * end + t[:, :, None] * end_slope
+            if s.transient:
+                E[at, :, column], slope[at, :, column] = t, t_slope
+                column += 1
+        return E, slope
+
+
+@dataclass(frozen=True)
+class Projected:
+    """The model at one drive, everything linear solved for.
+
+    Attributes:
+        cost: weighted sum of squares (twice the negative log likelihood without determinants).
+        psi: shapes, (outputs, n).
+        direct: coefficients of the direct terms and free ends, (columns, outputs).
+        error: residual spectra, not weighted, (lines, outputs).
+        gram: Gauss-Newton matrix of the drive's real parameters, or None.
+        right: its right-hand side, or None.
+        loss: by how much the cost rises when a mode is left out, the rest of the linear
+            parameters solved for anew, (n,); None where it was not asked for.
+    """
+
+    cost: float
+    psi: ComplexArray
+    direct: Array
+    error: ComplexArray
+    gram: Array | None = None
+    right: Array | None = None
+    loss: Array | None = None
+
+
+def end_state(poles: ComplexArray, s: Spectrum, hold: Hold) -> tuple[ComplexArray, ComplexArray]:
+    """Return each pole's state at the end of a record from rest, for unit drive by each input.
+
+    What a record's transform lacks against that of the steady state under the record repeated
+    for ever is this state, as a free response: X = b U - x(T) t.
+
+    Returns:
+        The state, scaled as spectra are, and its derivative by the pole, (n, inputs).
+    """
+    assert s.from_rest is not None
+    busy = np.flatnonzero(np.any(s.from_rest != 0, axis=1))
+    left = (s.samples - busy) * s.dt
+    scale = 1 / np.sqrt(s.samples)
+    if hold == "band-limited":
+        scale *= s.dt
+    else:
+        left = left - s.dt
+    decay = np.exp(np.minimum(poles.real[:, None] * left, 1.0) + 1j * poles.imag[:, None] * left)
+    u = s.from_rest[busy] * scale
+    return decay @ u, (decay * left) @ u
+
+
+def project(
+    drive: Drive, terms: Terms, weight: Array | ComplexArray, derivative: bool = True
+) -> Projected:
+    """Solve for all linear parameters at a drive; with derivatives, Gauss-Newton's equations too.
+
+    Args:
+        drive: poles and participations.
+        terms: the records and the terms beside the modes.
+        weight: reciprocal standard deviation of every line and output, (lines, outputs), or a
+            whitening matrix of every line, (lines, outputs, outputs).
+        derivative: whether to return Gauss-Newton's equations.
+    """
+    n = len(drive.omega)
+    E, slope = terms.modal(drive.poles)
+    mirror, mirror_slope = terms.modal(drive.poles.conj())
+    a = np.einsum("knq,nq->kn", E, drive.v)
+    m = np.einsum("knq,nq->kn", mirror, drive.v.conj())
+    pairs = np.stack([a + m, 1j * (a - m)], axis=2).reshape(len(a), 2 * n)
+    Phi = np.hstack([pairs, terms.direct()])
+    moves = None
+    if derivative:
+        free = [np.flatnonzero(np.arange(terms.drives) != c) for c in drive.anchor]
+        own = np.stack([E[:, i, free[i]] for i in range(n)], axis=1)
+        other = np.stack([mirror[:, i, free[i]] for i in range(n)], axis=1)
+        f = np.einsum("knq,nq->kn", slope, drive.v)[:, :, None]
+        g = np.einsum("knq,nq->kn", mirror_slope, drive.v.conj())[:, :, None]
+        f, g = np.concatenate([f, own], axis=2), np.concatenate([g, other], axis=2)
+        moves = np.stack([f + g, 1j * (f - g)], axis=3).reshape(len(a), -1)
+    if weight.ndim == 3:
+        return _jointly(drive, terms.Y, Phi, moves, weight.astype(complex))
+    return _by_output(drive, terms.Y, Phi, moves, np.asarray(weight.real))
+
+
+def _turn(drive: Drive, psi: ComplexArray) -> Array:
+    """How a unit of each real parameter enters the two real regressors of its component.
+
+    Returns:
+        (outputs, n, components, 2 regressors, 2 parameters).
+    """
+    root = np.sqrt(1 - drive.zeta**2)
+    by_zeta = drive.zeta * drive.omega * (-1 - 1j * drive.zeta / root)
+    unit = np.empty((*drive.v.shape, 2), complex)
+    unit[:, 0, 0], unit[:, 0, 1] = drive.poles, by_zeta
+    unit[:, 1:, 0], unit[:, 1:, 1] = 1, 1j
+    delta = psi[:, :, None, None] * unit
+    return np.stack([delta.real, delta.imag], axis=3)
+
+
+def _by_output(
+    drive: Drive, Y: ComplexArray, Phi: ComplexArray, moves: ComplexArray | None, weight: Array
+) -> Projected:
+    """Outputs whose noise is independent; those with proportional weights share one projection."""
+    n, q = drive.v.shape
+    outputs = Y.shape[1]
+    psi, direct = np.empty((outputs, n), complex), np.empty((Phi.shape[1] - 2 * n, outputs))
+    error, cost, loss = np.empty_like(Y), 0.0, np.zeros(n)
+    gram, right = np.zeros((2 * n * q, 2 * n * q)), np.zeros(2 * n * q)
+    level = weight[0]
+    form = weight / level
+    alike = np.ptp(form, axis=1).max() < 1e-9
+    for group in [np.arange(outputs)] if alike else [np.array([o]) for o in range(outputs)]:
+        w = form[:, group[:1]]
+        A = _real(w * Phi)
+        size = np.maximum(np.linalg.norm(A, axis=0), np.finfo(float).tiny)
+        Q, R = linalg.qr(A / size, mode="economic", check_finite=False)
+        R[np.diag_indices_from(R)] += 1e-14 * np.sign(np.diag(R) + 0.0)
+        y = _real(w * Y[:, group]) * level[group]
+        inner = Q.T @ y
+        solved = linalg.solve_triangular(R, inner, check_finite=False)
+        left = y - Q @ inner
+        cost += float(np.sum(left**2))
+        c = solved / size[:, None] / level[group]
+        psi[group] = (c[: 2 * n : 2] + 1j * c[1 : 2 * n : 2]).T
+        direct[:, group] = c[2 * n :]
+        error[:, group] = Y[:, group] - Phi @ c
+        inverse = linalg.solve_triangular(R, np.eye(len(R)), check_finite=False)[: 2 * n]
+        for i in range(n):
+            at = slice(2 * i, 2 * i + 2)
+            spread = inverse[at] @ inverse[at].T
+            loss[i] += float(np.sum(solved[at] * np.linalg.solve(spread, solved[at])))
+        if moves is None:
+            continue
+        F = _real(w * moves)
+        F -= Q @ (Q.T @ F)
+        G = (F.T @ F).reshape(n * q, 2, n * q, 2)
+        h = (F.T @ left).reshape(n * q, 2, len(group))
+        T = _turn(drive, psi[group] * level[group, None]).reshape(len(group), n * q, 2, 2)
+        both = np.einsum("oiea,ojfb->iejfab", T, T, optimize=True)
+        part = np.einsum("iejf,iejfab->iajb", G, both, optimize=True)
+        gram += part.reshape(2 * n * q, 2 * n * q)
+        right += np.einsum("oiea,ieo->ia", T, h).ravel()
+    if moves is None:
+        return Projected(cost, psi, direct, error, loss=loss)
+    return Projected(cost, psi, direct, error, gram, right, loss)
+
+
+def _jointly(
+    drive: Drive, Y: ComplexArray, Phi: ComplexArray, moves: ComplexArray | None, W: ComplexArray
+) -> Projected:
+    """Outputs whose noise is correlated, through the noise of the inputs they share."""
+    n, q = drive.v.shape
+    lines, outputs = Y.shape
+    A = _real(np.einsum("kij,kp->kijp", W, Phi).reshape(lines * outputs, -1))
+    size = np.maximum(np.linalg.norm(A, axis=0), np.finfo(float).tiny)
+    Q, R = linalg.qr(A / size, mode="economic", check_finite=False)
+    R[np.diag_indices_from(R)] += 1e-14 * np.sign(np.diag(R) + 0.0)
+    y = _real(np.einsum("kij,kj->ki", W, Y).reshape(-1, 1))[:, 0]
+    inner = Q.T @ y
+    solved = linalg.solve_triangular(R, inner, check_finite=False)
+    left = y - Q @ inner
+    c = (solved / size).reshape(outputs, -1).T
+    psi = (c[: 2 * n : 2] + 1j * c[1 : 2 * n : 2]).T
+    inverse = linalg.solve_triangular(R, np.eye(len(R)), check_finite=False)
+    loss = np.zeros(n)
+    for i in range(n):
+        at = (np.arange(outputs)[:, None] * Phi.shape[1] + [2 * i, 2 * i + 1]).ravel()
+        spread = inverse[at] @ inverse[at].T
+        loss[i] = solved[at] @ np.linalg.solve(spread, solved[at])
+    done = Projected(float(left @ left), psi, c[2 * n :], Y - Phi @ c, loss=loss)
+    if moves is None:
+        return done
+    T = _turn(drive, psi).reshape(outputs, n * q, 2, 2)
+    F = np.einsum("kie,oiea->koia", moves.reshape(lines, n * q, 2), T, optimize=True)
+    J = _real(np.einsum("koj,kjp->kop", W, F.reshape(lines, outputs, -1)).reshape(-1, 2 * n * q))
+    J -= Q @ (Q.T @ J)
+    return replace(done, gram=J.T @ J, right=J.T @ left)
+
+
+def solve(
+    drive: Drive,
+    terms: Terms,
+    weight: Array | ComplexArray,
+    tolerance: float = 1e-8,
+    most: int = 40,
+) -> tuple[Drive, Projected]:
+    """Iterate to the least weighted sum of squares (Levenberg and Marquardt).
+
+    Args:
+        drive: where to start.
+        terms: the records and the terms beside the modes.
+        weight: as for ``project``.
+        tolerance: relative fall of the cost below which the iteration ends.
+        most: iterations at most.
+
+    Raises:
+        IdentificationError: more unknowns than data.
+    """
+    unknowns = (2 * len(drive.omega) + terms.direct().shape[1]) * terms.Y.shape[1] + drive.v.size
+    if 2 * terms.Y.size <= 2 * unknowns:
+        raise IdentificationError(
+            f"{len(drive.omega)} modes have {unknowns} unknowns, too many for "
+            f"{2 * terms.Y.size} data in the band"
+        )
+    here = project(drive, terms, weight)
+    damping = 1e-4
+    for _ in range(most):
+        assert here.gram is not None
+        assert here.right is not None
+        size = np.sqrt(np.maximum(np.diag(here.gram), 1e-12 * np.diag(here.gram).max()))
+        G, h = here.gram / np.outer(size, size), here.right / size
+        while damping < 1e8:
+            step = np.linalg.solve(G + damping * np.eye(len(G)), h) / size
+            tried = drive.moved(step.reshape(*drive.v.shape, 2))
+            there = project(tried, terms, weight)
+            if there.cost < here.cost:
+                break
+            damping *= 8
+        else:
+            return drive, here
+        fall = (here.cost - there.cost) / here.cost
+        drive, here, damping = tried, there, max(damping / 10, 1e-12)
+        if fall < tolerance:
+            break
+    return drive, here
+
+
+def start_drive(poles: ComplexArray, terms: Terms, weight: Array) -> Drive:
+    """Return a first drive for given poles: all residues by least squares, then rank one."""
+    n, q, m = len(poles), terms.drives, terms.Y.shape[1]
+    E, _ = terms.modal(poles)
+    mirror, _ = terms.modal(poles.conj())
+    pairs = np.stack([E + mirror, 1j * (E - mirror)], axis=3).reshape(len(E), 2 * n * q)
+    A = _real(np.hstack([pairs, terms.direct()]) * weight)
+    size = np.maximum(np.linalg.norm(A, axis=0), np.finfo(float).tiny)
+    power = np.sqrt(np.maximum(np.mean(np.abs(terms.Y) ** 2, axis=0), np.finfo(float).tiny))
+    gram = (A / size).T @ (A / size) + 1e-9 * np.eye(A.shape[1])
+    c = np.linalg.solve(gram, (A / size).T @ _real(terms.Y / power * weight)) / size[:, None]
+    residues = (c[: 2 * n * q : 2] + 1j * c[1 : 2 * n * q : 2]).reshape(n, q, m)
+    reach = np.sqrt(np.mean(np.abs(E) ** 2, axis=0)) + np.finfo(float).tiny
+    v, anchor = np.empty((n, q), complex), np.empty(n, np.int64)
+    for i in range(n):
+        left, _, _ = np.linalg.svd(residues[i] * reach[i][:, None], full_matrices=False)
+        anchor[i] = int(np.argmax(np.abs(left[:, 0])))
+        v[i] = left[:, 0] / reach[i]
+        v[i] /= v[i, anchor[i]]
+    omega = np.abs(poles)
+    return Drive(omega, np.clip(-poles.real / omega, 1e-5, 0.9), v, anchor)
+
+
+def _real(values: ComplexArray | Array) -> Array:
+    """Stack real over imaginary parts, scaled so that a line's squared magnitude counts twice."""
+    return np.sqrt(2) * np.vstack([values.real, values.imag])

@@ -1,0 +1,240 @@
+"""Modes of a test with many lines, modes or channels: found, refined by segments, weighed.
+
+Least-squares complex frequency gives the stabilisation diagram, its columns the starting poles;
+variable projection refines them segment by segment with a noise level of each segment's own, and
+modes that do not pay for their unknowns go. All residues are then solved for at once, and the
+covariance of poles follows from the Fisher information.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.errors import IdentificationError
+from twin.estimation.noise import NoiseLevels
+from twin.identification.clusters import clusters, diagram
+from twin.identification.complex_frequency import denominator
+from twin.identification.maximum_likelihood import ModalFit
+from twin.identification.modal_response import Hold, ModalParameters
+from twin.identification.segments import (
+    Progress,
+    Segment,
+    level_weights,
+    refine,
+    repeated,
+    segments,
+    starting_drive,
+)
+from twin.identification.separable import Drive, Projected, Terms, project
+from twin.identification.spectra import Spectrum
+from twin.identification.stabilisation import StablePole
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+HIGHEST_ORDER = 60
+POWERS = (0, 2, -2)
+"""Direct term, modes above and modes below the band, as powers of frequency."""
+
+SWEEPS = 2
+"""Times the segments are refined: the second time with neighbours that are refined already."""
+
+STEADY = 0.4
+"""Share of the orders that a column of stable poles spans at least."""
+
+LINES_A_POLE = 6
+"""Lines for each pole of the highest order, at least."""
+
+LINES_IN_PART = 1500
+"""Lines of a part of the band that gets a stabilisation diagram of its own, at most."""
+
+MARGIN = 0.1
+"""By how much of its width such a part overlaps its neighbours."""
+
+
+@dataclass(frozen=True)
+class WideFit:
+    """Modes found over a wide band.
+
+    Attributes:
+        fit: the modal fit, companions included.
+        diagram: the stabilisation diagram.
+        companion: which of the fit's modes only stand beside a stronger one of the same shape
+            within its bandwidth, (modes,).
+    """
+
+    fit: ModalFit
+    diagram: tuple[StablePole, ...]
+    companion: NDArray[np.bool_]
+
+
+def starting_poles(
+    spectra: Sequence[Spectrum], progress: Progress | None = None
+) -> tuple[ComplexArray, tuple[StablePole, ...]]:
+    """Return the steady columns of the stabilisation diagrams of parts of the band.
+
+    A weak mode that a diagram of the whole band misses stands out in one with a few others.
+
+    Args:
+        spectra: the records.
+        progress: told what is done.
+    """
+    low, high = float(spectra[0].omega[0]), float(spectra[0].omega[-1])
+    resolution = float(np.median(np.diff(spectra[0].omega)))
+    lines = len(spectra[0].omega)
+    count = max(int(np.ceil(lines / LINES_IN_PART)), 1)
+    width = (high - low) / count
+    poles: list[complex] = []
+    shown: list[StablePole] = []
+    for index in range(count):
+        if progress:
+            progress("least-squares complex frequency", index + 1, count)
+        start, stop = low + index * width, low + (index + 1) * width
+        part = Segment(start - MARGIN * width, stop + MARGIN * width)
+        records = [part.part(s) for s in spectra]
+        held = min(len(s.omega) for s in records)
+        highest = int(min(HIGHEST_ORDER, max(held // LINES_A_POLE, 4)))
+        orders = range(2, highest + 1, 2)
+        found = diagram(denominator(records, highest), orders, resolution)
+        steady = [c for c in clusters(found, resolution) if c.orders >= STEADY * len(orders)]
+        poles += [c.pole for c in steady if start <= c.pole.imag < stop]
+        shown += [p for p in found if start <= p.pole.imag < stop]
+    return np.array(sorted(poles, key=abs), complex), tuple(shown)
+
+
+def fit_wide(
+    spectra: Sequence[Spectrum],
+    hold: Hold,
+    poles: ComplexArray,
+    found: tuple[StablePole, ...],
+    progress: Progress | None = None,
+) -> WideFit:
+    """Refine poles segment by segment, drop what does not pay, and solve for all residues.
+
+    Raises:
+        IdentificationError: no pole to start from, or none left.
+    """
+    if not len(poles):
+        raise IdentificationError(
+            "no pole stays in the stabilisation diagram: the force excites no resonance inside "
+            "the band; choose another with --band"
+        )
+    w_max = max(float(s.omega[-1]) for s in spectra)
+    w_min = min(float(s.omega[0]) for s in spectra)
+    terms = Terms(tuple(spectra), hold, POWERS, w_max)
+    resolution = float(np.median(np.diff(spectra[0].omega)))
+    drive = starting_drive(poles, terms)
+    for _ in range(SWEEPS):
+        parts = segments(drive.omega, w_min, w_max, resolution)
+        drive = refine(drive, terms, parts, True, progress)
+        if not len(drive.omega):
+            raise IdentificationError("no mode pays for its unknowns: the outputs hold noise only")
+    drive, done, weight = _settled(drive, terms, parts)
+    fit = _as_fit(drive, done, terms, weight, w_min)
+    assert done.loss is not None
+    return WideFit(fit, found, repeated(drive, done.psi, done.loss))
+
+
+def _settled(drive: Drive, terms: Terms, parts: list[Segment]) -> tuple[Drive, Projected, Array]:
+    """Drop modes that are vaguer than they are large; weigh lines by their segment's noise."""
+    weight = np.ones(terms.Y.shape)
+    while True:
+        for _ in range(2):
+            done = project(drive, terms, weight, derivative=False)
+            weight = segment_weights(done.error, terms, parts)
+        done = project(drive, terms, weight)
+        assert done.gram is not None
+        std = np.sqrt(np.maximum(np.diag(np.linalg.pinv(done.gram, hermitian=True)), 0))
+        damping = std.reshape(*drive.v.shape, 2)[:, 0, 1]
+        vague = np.flatnonzero(damping > 1)
+        if not len(vague) or len(vague) == len(drive.omega):
+            return drive, done, weight
+        drive = drive.without(vague)
+
+
+def segment_weights(error: ComplexArray, terms: Terms, parts: Sequence[Segment]) -> Array:
+    """Return 1 / standard deviation of the noise, white within each segment, (lines, outputs)."""
+    omega = np.concatenate([s.omega for s in terms.spectra])
+    floor = 1e-14 * np.mean(np.abs(terms.Y) ** 2, axis=0) + np.finfo(float).tiny
+    weight = np.ones(error.shape)
+    for segment in parts:
+        inside = segment.holds(omega)
+        if inside.any():
+            weight[inside] = level_weights(error[inside], floor)
+    return weight
+
+
+def _as_fit(drive: Drive, done: Projected, terms: Terms, weight: Array, w_min: float) -> ModalFit:
+    n, q = drive.v.shape
+    m, r = terms.Y.shape[1], terms.spectra[0].U.shape[1]
+    anchor = np.argmax(np.abs(done.psi), axis=0)
+    size = done.psi[anchor, np.arange(n)]
+    free = np.zeros((len(terms.spectra), n), complex)
+    column, edges, row = r, [], r * len(terms.powers)
+    for index, s in enumerate(terms.spectra):
+        if s.transient:
+            free[index] = drive.v[:, column] * size
+            column += 1
+        edges.append(done.direct[row : row + 2 * s.edge])
+        row += 2 * s.edge
+    D = [done.direct[i * r : (i + 1) * r].T for i in range(len(terms.powers))]
+    p = ModalParameters(
+        drive.omega, drive.zeta, done.psi / size, anchor,
+        drive.v[:, :r] * size[:, None], D[0], D[1], free, tuple(edges), D[2],
+    )  # fmt: skip
+    assert done.gram is not None
+    inverse = np.asarray(np.linalg.pinv(done.gram, hermitian=True), float)
+    covariance = inverse.reshape(n, q, 2, n, q, 2)
+    first = covariance[:, 0, :, :, 0, :].transpose(1, 0, 3, 2).reshape(2 * n, 2 * n)
+    scale = np.concatenate([np.ones(n), drive.zeta])
+    bound = first * np.outer(scale, scale)
+    misfit = np.tile(misfits(drive, done, terms, weight), 2)
+    log_likelihood = 2 * float(np.sum(np.log(weight))) - done.cost / 2
+    linear = m * (2 * n + r * len(terms.powers))
+    return ModalFit(
+        parameters=p,
+        hold=terms.hold,
+        residual=True,
+        w_max=terms.w_max,
+        noise=NoiseLevels(np.mean(np.abs(done.error) ** 2, axis=0), np.zeros(r)),
+        covariance=bound * np.outer(misfit, misfit),
+        fisher_covariance=bound,
+        log_likelihood=log_likelihood,
+        unknowns=linear + 2 * n * q,
+        data=2 * terms.Y.size,
+        w_min=w_min,
+    )
+
+
+def misfits(drive: Drive, done: Projected, terms: Terms, weight: Array) -> Array:
+    """By how much the residual exceeds its level within each mode's bandwidth, at least 1, (n,)."""
+    omega = np.concatenate([s.omega for s in terms.spectra])
+    power = np.mean(np.abs(done.error * weight) ** 2, axis=1)
+    found = np.ones(len(drive.omega))
+    for i, (centre, zeta) in enumerate(zip(drive.omega, drive.zeta, strict=True)):
+        x = (omega - centre) / max(zeta * centre, 1e-12)
+        information = 1 / (1 + x**2) ** 2
+        lines = float(np.sum(information) ** 2 / np.sum(information**2)) * done.error.shape[1]
+        excess = float(np.sum(information * power) / np.sum(information))
+        if excess > 1 + 3.5 / np.sqrt(lines):
+            found[i] = np.sqrt(excess)
+    return found
+
+
+def other_hold(found: WideFit, spectra: Sequence[Spectrum], hold: Hold) -> WideFit:
+    """Return the same poles with residues solved for another behaviour between samples."""
+    fit = found.fit
+    terms = Terms(tuple(spectra), hold, POWERS, fit.w_max)
+    resolution = float(np.median(np.diff(spectra[0].omega)))
+    drive = starting_drive(fit.parameters.poles, terms)
+    parts = segments(drive.omega, fit.w_min, fit.w_max, resolution)
+    drive, done, weight = _settled(drive, terms, parts)
+    return WideFit(
+        _as_fit(drive, done, terms, weight, fit.w_min),
+        found.diagram,
+        np.zeros(len(drive.omega), bool),
+    )

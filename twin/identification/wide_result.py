@@ -1,0 +1,115 @@
+"""A wide-band modal test from records to result."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from twin.errors import IdentificationError
+from twin.identification.discrete import predict, realize
+from twin.identification.modal_response import Hold
+from twin.identification.proportional_damping import proportional_damping
+from twin.identification.records import Records
+from twin.identification.result import Identification
+from twin.identification.second_order import second_order_from_poles
+from twin.identification.segments import Progress
+from twin.identification.wide_band import WideFit, fit_wide, other_hold, starting_poles
+from twin.modal import ModalModel
+
+DATA = 8_000
+"""Complex data in the band beyond which the exact fit of all modes at once takes minutes."""
+
+DECISIVE = 20.0
+"""Difference in BIC below which records do not tell how the input behaves between samples."""
+
+UNEXPLAINED = 0.1
+"""Share of the outputs' RMS left over from which the result starts with a warning."""
+
+
+def is_wide(records: Records, band_hz: tuple[float, float] | None) -> bool:
+    """Whether the records hold too many data for the fit of all modes at once."""
+    return sum(s.Y.size for s in records.spectra(band_hz, edges=False)) > DATA
+
+
+def identify_wide(
+    records: Records, band_hz: tuple[float, float] | None, progress: Progress | None
+) -> Identification:
+    """Identify all modes of a wide band.
+
+    Raises:
+        IdentificationError: no mode is found, or the data are too few.
+    """
+    spectra = records.wide_spectra(band_hz)
+    poles, diagram = starting_poles(spectra, progress)
+    found = fit_wide(spectra, "band-limited", poles, diagram, progress)
+    held = other_hold(found, spectra, "held")
+    if held.fit.bic < found.fit.bic - DECISIVE:
+        found = fit_wide(spectra, "held", held.fit.parameters.poles, diagram, progress)
+    return _result(records, found)
+
+
+def _result(records: Records, found: WideFit) -> Identification:
+    fit = found.fit
+    p = fit.parameters
+    own = np.flatnonzero(~found.companion)
+    freq = p.omega / (2 * np.pi)
+    rank = own[np.argsort(freq[own])]
+    freq_std, damping_std = fit.modal_std()
+    freq_bound, damping_bound = fit.modal_std(bound=True)
+    predicted = tuple(predict(fit, u, y, records.dt) for u, y in records.pairs)
+    notes = list(records.notes)
+    alpha = beta = None
+    if len(rank) >= 2:
+        alpha, beta = proportional_damping(freq[rank], p.zeta[rank])
+    if found.companion.any():
+        at = ", ".join(f"{f:.5g}" for f in np.sort(freq[found.companion]))
+        notes.append(
+            f"at {at} Hz a second pole stands within a mode's bandwidth, with its shape: a mode "
+            "whose frequency or damping depends on amplitude, or a pair that these sensors do not "
+            "separate; it is part of the model, not of the list"
+        )
+    second_order = None
+    if len(p.omega) == len(rank):
+        try:
+            second_order = second_order_from_poles(
+                p.poles, p.psi, _continuous(p.participation, p.poles, fit.hold, records.dt),
+                records.outputs, records.inputs,
+            )  # fmt: skip
+        except IdentificationError as error:
+            notes.append(str(error))
+    else:
+        notes.append("M, K and R need as many modes as measured accelerations")
+    model = realize(fit, records.pairs, records.dt, None)
+    notes.append("G: this route has no observer")
+    result = Identification(
+        modal=ModalModel(
+            freq[rank], p.zeta[rank], p.psi[:, rank], records.outputs, freq_std[rank],
+            damping_std[rank],
+        ),
+        state_space=model,
+        singular_values=np.zeros(0),
+        order=2 * len(p.omega),
+        second_order=second_order,
+        alpha=alpha,
+        beta=beta,
+        inputs=records.inputs,
+        outputs=records.outputs,
+        sampling_hz=1 / records.dt,
+        route=(
+            f"variable projection in segments of the band, input {fit.hold} between samples, "
+            "started from least-squares complex frequency"
+        ),
+        recordings=records.recordings,
+        predicted=predicted,
+        diagram=found.diagram,
+        fit=fit,
+        natural_freq_bound=freq_bound[rank],
+        damping_ratio_bound=damping_bound[rank],
+        notes=tuple(notes),
+    )  # fmt: skip
+    return result
+
+
+def _continuous(participation: np.ndarray, poles: np.ndarray, hold: Hold, dt: float) -> np.ndarray:
+    if hold == "band-limited":
+        return participation
+    return np.asarray(participation * (poles / (np.exp(poles * dt) - 1))[:, None])
