@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.mechanisms.mechanism import Array, ChannelFault, Surroundings
-from twin.signals.faults import held
+from twin.signals.channel_faults import dropouts
 
 
 @dataclass(frozen=True)
@@ -52,12 +52,17 @@ class SensorDropout(ChannelFault):
 
     def spoiled(self, reading: Array) -> NDArray[np.bool_]:
         """Return the samples that stand still."""
-        return held(reading)
+        fault = dropouts(reading)
+        if fault is None:
+            return np.zeros(len(reading), bool)
+        hidden = fault.hides(len(reading))
+        hidden[[first for first, _ in fault.samples]] = False  # the reading that is repeated
+        return hidden
 
     @classmethod
     def found(cls, place: str, reading: Array, rate_hz: float) -> Self | None:
         """Return the dropouts in a reading, None where there are none."""
-        lost = np.flatnonzero(held(reading))
+        lost = np.flatnonzero(cls(place).spoiled(reading))
         return cls(place, lost[0] / rate_hz, len(lost) / rate_hz) if len(lost) else None
 
     @classmethod

@@ -13,13 +13,16 @@ from twin.mechanisms.instrument import Instrument
 from twin.mechanisms.mechanism import Array, ChannelFault, Surroundings
 from twin.mechanisms.scales import rms
 from twin.parameter import Parameter
-from twin.signals.faults import MAINS_HZ, hum
+from twin.signals.channel_faults import MAINS_HZ, hum
 
 OVERTONES = (1.0, 0.3, 0.3)
 """Strength of the fundamental and its first overtones: how far each may be, not how far it is."""
 
 WANDER = 0.005
 """Half-width of the line [Hz]: the mains drift by a hundredth of a hertz in half a minute."""
+
+STRAY = 0.01
+"""Share beyond which a line is no tone of the mains but one that the sampling folds back."""
 
 KNOWN_HZ = 0.05
 """Standard deviation of the mains frequency about its nominal value (ENTSO-E, normal operation)."""
@@ -89,7 +92,12 @@ class SensorHum(ChannelFault):
     def found(cls, place: str, reading: Array, rate_hz: float) -> Self | None:
         """Return the hum that stands out in a reading, None where none does."""
         line = hum(reading, rate_hz)
-        return None if line is None else cls(place, line.rms, line.frequency)
+        if line is None:
+            return None
+        tones = [(mains, order) for mains in MAINS_HZ for order in range(1, len(OVERTONES) + 1)]
+        mains, order = min(tones, key=lambda tone: abs(line.frequency - tone[0] * tone[1]))
+        folded = abs(line.frequency - mains * order) > STRAY * mains * order
+        return cls(place, line.size / np.sqrt(2), mains if folded else line.frequency / order)
 
     @classmethod
     def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:

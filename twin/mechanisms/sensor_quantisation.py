@@ -9,7 +9,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from twin.mechanisms.mechanism import Array, ChannelFault, Surroundings
-from twin.signals.faults import quantum
+from twin.signals.channel_faults import quantisation
 
 
 @dataclass(frozen=True)
@@ -50,8 +50,8 @@ class SensorQuantisation(ChannelFault):
     @classmethod
     def found(cls, place: str, reading: Array, rate_hz: float) -> Self | None:
         """Return the step of a reading, None where it is not coarse."""
-        step = quantum(reading)
-        return None if step is None else cls(place, step)
+        fault = quantisation(reading)
+        return None if fault is None else cls(place, fault.size)
 
     @classmethod
     def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:

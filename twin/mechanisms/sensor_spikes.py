@@ -10,7 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.mechanisms.mechanism import Array, ChannelFault, Surroundings
-from twin.signals.faults import spikes
+from twin.signals.channel_faults import spikes
+
+PASSES = 5
+"""Spikes make the noise look larger and hide each other: those found are taken out, then it is
+looked again, so often at most."""
 
 
 @dataclass(frozen=True)
@@ -54,12 +58,21 @@ class SensorSpikes(ChannelFault):
 
     def spoiled(self, reading: Array) -> NDArray[np.bool_]:
         """Return the samples that stick out."""
-        return spikes(reading)
+        x, hidden = np.array(reading, float), np.zeros(len(reading), bool)
+        for _ in range(PASSES):
+            fault = spikes(x)
+            if fault is None:
+                break
+            hidden |= fault.hides(len(x))
+            at = np.flatnonzero(hidden)
+            kept = np.flatnonzero(~hidden)
+            x[at] = np.interp(at, kept, x[kept])
+        return hidden
 
     @classmethod
     def found(cls, place: str, reading: Array, rate_hz: float) -> Self | None:
         """Return the spikes in a reading, None where there are none."""
-        off = np.flatnonzero(spikes(reading))
+        off = np.flatnonzero(cls(place).spoiled(reading))
         if not len(off):
             return None
         inner = off[(off > 0) & (off < len(reading) - 1)]

@@ -53,12 +53,21 @@ class Fault:
             many samples).
         samples: first and last sample of each stretch that it spoils, or ().
         words: one short sentence.
+        frequency: of a hum's line [Hz].
     """
 
     name: str
     size: float
     samples: tuple[tuple[int, int], ...] = ()
     words: str = ""
+    frequency: float = np.nan
+
+    def hides(self, count: int) -> NDArray[np.bool_]:
+        """Return which of the channel's samples are spoiled, (count,)."""
+        out = np.zeros(count, bool)
+        for first, last in self.samples:
+            out[first : last + 1] = True
+        return out
 
 
 def channel_faults(x: Array, rate_hz: float, kind: str = "acc") -> tuple[Fault, ...]:
@@ -234,7 +243,7 @@ def hum(x: Array, rate_hz: float) -> Fault | None:
         return None
     _, frequency, amplitude = max(found)
     words = f"a line of the mains at {frequency:.4g} Hz with amplitude {amplitude:.3g}"
-    return Fault("hum", amplitude, (), words)
+    return Fault("hum", amplitude, (), words, frequency)
 
 
 def _line(x: Array, rate_hz: float) -> tuple[float, float, float] | None:
