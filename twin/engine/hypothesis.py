@@ -131,7 +131,7 @@ class Hypothesis:
         """Return systems, noise levels and laws at values z, (p,)."""
         problem = self.problem
         values = [u.value(float(x)) for u, x in zip(self.unknowns, z, strict=True)]
-        mechanisms = self.at(z)
+        mechanisms = (*self.at(z), *problem.known)
         at = len(problem.base_unknowns) + sum(len(m.parameters) for m in self.mechanisms)
         plants, which, starts = self._plants(z, mechanisms, values[at : at + 2 * len(self.ports)])
         at += 2 * len(self.ports)
@@ -152,9 +152,10 @@ class Hypothesis:
         numbers = np.zeros((len(laws), MOST_NUMBERS))
         scales = np.ones((len(laws), 3))
         for j, law in enumerate(laws):
-            assert self.scales is not None
+            around = problem.known_scales if law in problem.known else self.scales
+            assert around is not None
             numbers[j, : len(law.numbers)] = law.numbers
-            scales[j] = self.scales.at(law.place)
+            scales[j] = around.at(law.place)
         steps = 1
         if laws:
             steps = CORNER_STEPS if any(law.abrupt for law in laws) else SMOOTH_STEPS
@@ -229,7 +230,8 @@ class Hypothesis:
         An analyser's filter smears a jump over its neighbours: by how much is what the force at the
         samples differs from its own band-limited version.
         """
-        if not any(law.abrupt for law in self.laws):
+        known = (m for m in self.problem.known if isinstance(m, Law))
+        if not any(law.abrupt for law in (*self.laws, *known)):
             return None
         return smear(forces) ** 2 @ (system.F**2).T
 

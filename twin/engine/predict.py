@@ -124,7 +124,8 @@ def stages(hypothesis: Hypothesis, z: Array) -> list[Stage]:
     out = []
     for t, trial in enumerate(here.trials):
         plant, noise = plants[here.which[t]], here.noises[t]
-        out.append(Stage(hypothesis.at(z), names, here, trial, plant, noise, gains(plant, noise)))
+        everything = (*hypothesis.at(z), *hypothesis.problem.known)
+        out.append(Stage(everything, names, here, trial, plant, noise, gains(plant, noise)))
     return out
 
 

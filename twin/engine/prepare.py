@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from twin.channel import bare
 from twin.contract import names_in
 from twin.engine.hypothesis import Hypothesis
+from twin.engine.nominal import checked, with_known
 from twin.engine.problem import Measured, Problem
 from twin.errors import RecordingError, available
 from twin.estimation.likelihood import evaluate
@@ -112,7 +113,12 @@ def prepare(
         for part in (measured[: len(train)], measured[len(train) :])
     ]  # fmt: skip
     _enough(problems[0], slowest)
-    return Prepared(twin, problems[0], problems[1], kinds, tuple(notes))
+    train_problem, known = with_known(twin, problems[0])
+    test_problem = replace(
+        problems[1], known=train_problem.known, known_scales=train_problem.known_scales
+    )
+    notes += [*known, *checked(twin, train_problem)]
+    return Prepared(twin, train_problem, test_problem, kinds, tuple(notes))
 
 
 def _has(recording: Recording, name: str) -> bool:

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.arrays import frozen
+from twin.engine.scales import Scales
 from twin.estimation.likelihood import Trial, Unknown
-from twin.mechanisms.mechanism import ChannelFault
+from twin.mechanisms.mechanism import ChannelFault, Mechanism
 from twin.model.linear import LinearModel
 
 Array = NDArray[np.float64]
@@ -76,6 +77,8 @@ class Problem:
         between: what the inputs do between samples.
         scale: RMS of the modal displacements of each recording, (recordings, n); the state before
             the first sample is taken as of that size.
+        known: mechanisms that the model itself holds, with its values: part of every hypothesis.
+        known_scales: of force, displacement and rate at their ports.
     """
 
     model: LinearModel
@@ -85,6 +88,8 @@ class Problem:
     damping_tolerance: float
     between: Between
     scale: Array
+    known: tuple[Mechanism, ...] = ()
+    known_scales: Scales | None = None
 
     @property
     def step_s(self) -> float:
