@@ -215,6 +215,23 @@ def test_a_place_in_a_frame_that_is_not_there_is_an_error_that_lists_those_that_
         ALL["p_delta"]("floor1.x", 1.0, 0.3).edit(linear("portal_3d"))
 
 
+def test_joints_and_bodies_without_names_are_edited_as_well():
+    twin = Twin(
+        """<mujoco><compiler angle="radian"/><option gravity="0 0 0"/><worldbody><body>
+        <joint type="slide" axis="1 0 0" stiffness="900" damping="1"/>
+        <inertial pos="0 0 0" mass="2" diaginertia="1 1 1"/><site name="top"/></body></worldbody>
+        <actuator><motor name="hit" site="top" gear="1 0 0 0 0 0"/></actuator>
+        <sensor><accelerometer name="a" site="top"/></sensor></mujoco>"""
+    )
+    model = twin.linear(["hit"], ["a.x"])
+    for change in (ALL["stiffness"]("top", 100.0), ALL["mass"]("body 1", 0.5)):
+        wanted = response(change.edit(model))
+        changed = twin.including(change)
+        np.testing.assert_allclose(response(changed.linear(["hit"], ["a.x"])), wanted, rtol=1e-9)
+        again = Twin(changed.mjcf_of()).including(change)
+        assert again.linear(["hit"], ["a.x"]).K[0, 0] != model.K[0, 0]
+
+
 def test_a_mass_that_is_taken_away_must_leave_a_rigid_body():
     spec = mujoco.MjSpec.from_string(load("portal_3d").mjcf)
     with pytest.raises(ModelError, match="leave no rigid body"):

@@ -87,16 +87,16 @@ def driven_joint(spec: mujoco.MjSpec, place: str) -> Any:
 
 
 def body_named(spec: mujoco.MjSpec, name: str) -> Any:
-    """Return a body.
+    """Return a body; "body 3" is the third where it has none, and is called so then.
 
     Raises:
         ModelError: there is none; the message lists those there are.
     """
-    body = spec.body(name)
-    if body is None:
-        there = [body.name for body in spec.bodies[1:] if body.name]
-        raise ModelError(f"no place '{name}'; there are {available(there)}")
-    return body
+    bodies = {b.name or f"body {number}": b for number, b in enumerate(spec.bodies) if number}
+    if name not in bodies:
+        raise ModelError(f"no place '{name}'; there are {available(bodies)}")
+    bodies[name].name = name
+    return bodies[name]
 
 
 def add_friction(spec: mujoco.MjSpec, element: Any, force: float) -> None:
