@@ -64,8 +64,7 @@ class Stage:
     def start(self) -> Array:
         """The estimated state before the first sample, (n,)."""
         n = len(self.plant.A)
-        slopes = _still(self.plant, self.here, n)
-        passed = run(self.here, self.trial, self.plant, self.gain, slopes, dx0=np.eye(n))
+        passed = run(self.here, self.trial, self.plant, self.gain, dx0=np.eye(n))
         part = gaussian(passed, self.trial, None)
         return np.asarray(-self.noise.start @ (part.whitened(passed.de).T @ part.white.ravel()))
 
@@ -182,15 +181,6 @@ def noise_floors(beside: Sequence[Stage], seed: int = 0) -> tuple[float, float]:
         power += float(np.nansum(y**2))
     found = np.nan_to_num(np.sqrt(np.array([free, near]) / power), nan=HOPELESS, posinf=HOPELESS)
     return float(min(found[0], HOPELESS)), float(min(found[1], HOPELESS))
-
-
-def _still(plant: Sampled, here: Assembly, p: int) -> dict[str, Array]:
-    """Return slopes of the model with respect to p start values: it does not depend on them."""
-    n, m, w = len(plant.A), len(plant.system.C), plant.system.W.shape[1]
-    shapes = {key: getattr(plant, key).shape for key in ("A", "B0", "B1", "E", "W")}
-    shapes |= {key: getattr(plant.system, key).shape for key in ("C", "D", "F")}
-    shapes |= {"numbers": here.numbers.shape, "Kf": (n, m), "Ku": (w, m)}
-    return {key: np.zeros((*shape, p)) for key, shape in shapes.items()}
 
 
 def _root(covariance: Array) -> Array:

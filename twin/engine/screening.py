@@ -21,8 +21,8 @@ from twin.engine.hypothesis import Hypothesis
 from twin.engine.problem import Motion
 from twin.estimation.fit import Fit
 from twin.estimation.fit import fit as climb
-from twin.estimation.laws import MOST_NUMBERS, pointers
 from twin.estimation.laws import Law as Compiled
+from twin.estimation.laws import memory_along
 from twin.estimation.likelihood import Run, Value, evaluate, gaussian
 from twin.mechanisms.mechanism import Disturbance, Law, Mechanism
 
@@ -177,24 +177,10 @@ def _scaled(
 def _force_along(law: Law, row: Array, motion: Motion, step_s: float) -> Array:
     """Return the force of a law along a motion, (samples,)."""
     drift, rate = motion.q[:, : len(row)] @ row, motion.v[:, : len(row)] @ row
-    memory = np.zeros(len(drift))
     compiled = Compiled(type(law).law, type(law).flow, len(law.numbers))
-    if compiled.flow is not None:
-        numbers = np.zeros(MOST_NUMBERS)
-        numbers[: len(law.numbers)] = law.numbers
-        memory = _remembered(pointers((compiled,))[1][0], numbers, drift)
+    memory = memory_along(compiled, np.array(law.numbers), drift)
     time = np.asarray(np.arange(len(drift)) * step_s, float)
     return np.broadcast_to(law.force(drift, rate, memory, time), drift.shape)
-
-
-@numba.njit(nogil=True, cache=True)
-def _remembered(flow, numbers, drift):
-    out = np.zeros(len(drift))
-    z = 0.0
-    for k in range(1, len(drift)):
-        z = flow(z, drift[k - 1], drift[k], numbers.ctypes)
-        out[k] = z
-    return out
 
 
 def _respond(run: Run, hypothesis: Hypothesis, trial: int, rows: Array, forces: Array) -> Array:

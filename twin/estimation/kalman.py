@@ -42,16 +42,22 @@ class Gains:
     predicted: Array
 
 
-def gains(sampled: Sampled, noise: Noise) -> Gains:
+def gains(sampled: Sampled, noise: Noise, first: int | None = None) -> Gains:
     """Return the gains (Kalman 1960; held disturbances correlate state and output noise).
+
+    Args:
+        sampled: the system.
+        noise: levels, and the covariance of the state before the first sample.
+        first: samples before the stationary gain takes over; as many as it needs without.
 
     Raises:
         ValueError: the Riccati equation has no stationary solution.
     """
     P, W, V, Q, R = _stationary_of(sampled, noise)
     state, held, innovation = _sequence(
-        np.ascontiguousarray(sampled.whole), sampled.system.C, W, V, Q, R, noise.start, P
-    )
+        np.ascontiguousarray(sampled.whole), sampled.system.C, W, V, Q, R, noise.start, P,
+        -1 if first is None else first,
+    )  # fmt: skip
     return Gains(state, noise.held[:, None] * held, innovation, P)
 
 
@@ -88,8 +94,8 @@ def _update(C, V, R, P):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(nogil=True, cache=True)
-def _sequence(A, C, W, V, Q, R, start, stationary):  # type: ignore[no-untyped-def]
-    most = LONGEST_START
+def _sequence(A, C, W, V, Q, R, start, stationary, first):  # type: ignore[no-untyped-def]
+    most = LONGEST_START if first < 0 else first
     n, m, w = A.shape[0], C.shape[0], W.shape[1]
     state = np.zeros((most + 1, n, m))
     held = np.zeros((most + 1, w, m))
@@ -100,7 +106,7 @@ def _sequence(A, C, W, V, Q, R, start, stationary):  # type: ignore[no-untyped-d
     used = 0
     for k in range(most):
         Kf, Ku, S = _update(C, V, R, P)
-        if np.abs(S - last).max() <= SAME * np.abs(last).max():
+        if first < 0 and np.abs(S - last).max() <= SAME * np.abs(last).max():
             break
         state[k], held[k], innovation[k] = Kf, Ku, S
         K = A @ Kf + W @ Ku

@@ -1,23 +1,28 @@
-"""Laws compiled to one signature, so that the stepping loop is compiled once for all of them."""
+"""Laws compiled to one signature and called by address, so that the stepping is compiled once."""
+
+# mypy: disable-error-code="no-untyped-def"
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 from typing import Any
 
 import numba
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
 
 MOST_NUMBERS = 24
 """Numbers that a law may have."""
 
-# pointers to compiled functions are old enough, whatever Numba calls them
-warnings.filterwarnings("ignore", "First-class function type feature")
-
-REAL = numba.float64
-NUMBERS = numba.types.CPointer(REAL)
+REAL = types.float64
+NUMBERS = types.CPointer(REAL)
 FORCE = REAL(REAL, REAL, REAL, REAL, NUMBERS)
 FLOW = REAL(REAL, REAL, REAL, NUMBERS)
 
@@ -37,29 +42,79 @@ class Law:
     count: int
 
 
-def _compiled(function: Any, arguments: str, count: int, fallback: str, signature: Any) -> Any:
-    """Return a pointer to the compiled function; numbers in one array give all one type."""
-    if function is None:
-        line, names = fallback, {}
-    else:
-        numbers = "".join(f", p[{i}]" for i in range(count))
-        line, names = f"law({arguments}{numbers})", {"law": numba.njit(nogil=True)(function)}
-    exec(f"def chosen({arguments}, p):\n    return {line}", names)
+@cache
+def _compiled(law: Law) -> tuple[Any, Any]:
+    """Return the compiled force and flow; they are kept, because only their addresses travel."""
+    force = _with_one_signature(law.force, "d, v, z, t", law.count, FORCE)
+    if law.flow is None:
+        return force, None
+    return force, _with_one_signature(law.flow, "z, before, after", law.count, FLOW)
+
+
+def _with_one_signature(function: Any, arguments: str, count: int, signature: Any) -> Any:
+    names = {"law": numba.njit(nogil=True)(function)}
+    numbers = "".join(f", p[{i}]" for i in range(count))
+    exec(f"def chosen({arguments}, p):\n    return law({arguments}{numbers})", names)
     return numba.cfunc(signature)(names["chosen"])
 
 
-@lru_cache(maxsize=256)
-def _pair(law: Law | None) -> tuple[Any, Any]:
-    force, flow, count = (law.force, law.flow, law.count) if law else (None, None, 0)
-    return (
-        _compiled(force, "d, v, z, t", count, "0.0 * d", FORCE),
-        _compiled(flow, "z, before, after", count, "z", FLOW),
-    )
+def addresses(laws: tuple[Law, ...]) -> NDArray[np.int64]:
+    """Return where each law's compiled force and flow lie, (l, 2); 0 without memory."""
+    out = np.zeros((len(laws), 2), np.int64)
+    for row, law in zip(out, laws, strict=True):
+        force, flow = _compiled(law)
+        row[0] = force.address
+        row[1] = flow.address if flow is not None else 0
+    return out
 
 
-def pointers(laws: tuple[Law, ...]) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
-    """Return forces and flows for the stepping loop, each compiled once a process."""
-    # the type of an empty tuple says nothing of its members
-    pairs = [_pair(law) for law in laws] or [_pair(None)]
-    forces, flows = zip(*pairs, strict=True)
-    return forces, flows
+def _caller(reals: int) -> Any:
+    """Return a function for compiled code that calls an address with that many real numbers."""
+
+    def typed(context, address, *rest):
+        def generate(context, builder, signature, args):
+            real, pointer = ir.DoubleType(), ir.DoubleType().as_pointer()
+            kind = ir.FunctionType(real, [real] * reals + [pointer])
+            function = builder.inttoptr(args[0], kind.as_pointer())
+            numbers = builder.inttoptr(args[-1], pointer)
+            return builder.call(function, [*args[1:-1], numbers])
+
+        return REAL(types.int64, *[REAL] * reals, types.int64), generate
+
+    return typed
+
+
+@intrinsic
+def call_force(context, address, d, v, z, t, numbers):
+    """Call a compiled force; ``numbers`` is the address of its numbers."""
+    return _caller(4)(context, address)
+
+
+@intrinsic
+def call_flow(context, address, z, before, after, numbers):
+    """Call a compiled flow; ``numbers`` is the address of its numbers."""
+    return _caller(3)(context, address)
+
+
+def memory_along(law: Law, numbers: Array, drift: Array) -> Array:
+    """Return a law's memory along a displacement that begins without memory, (samples,).
+
+    Args:
+        law: the law.
+        numbers: of the law, (count,).
+        drift: displacement at its port [m or rad], (samples,).
+    """
+    flow = addresses((law,))[0, 1]
+    if not flow:
+        return np.zeros(len(drift))
+    return np.asarray(_followed(flow, np.array(numbers, float), np.ascontiguousarray(drift)))
+
+
+@numba.njit(nogil=True, cache=True)
+def _followed(flow, numbers, drift):
+    out = np.zeros(len(drift))
+    z = 0.0
+    for k in range(1, len(drift)):
+        z = call_flow(flow, z, drift[k - 1], drift[k], numbers.ctypes.data)
+        out[k] = z
+    return out

@@ -1,0 +1,147 @@
+"""Small systems with laws for the tests of the estimation room."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from twin.estimation.laws import Law
+from twin.estimation.likelihood import Assembly, Trial, Unknown
+from twin.estimation.system import Noise, System
+
+RATE_HZ = 64.0
+
+
+def cubic(d, v, z, t, k):
+    return k * d**3
+
+
+def friction(d, v, z, t, force, width):
+    return force * np.tanh(v / width)
+
+
+def bumper(d, v, z, t, k, gap):
+    return k * max(d - gap, 0.0)
+
+
+def slip(d, v, z, t, k, limit):
+    return z
+
+
+def slipped(z, before, after, k, limit):
+    return min(max(z + k * (after - before), -limit), limit)
+
+
+CUBIC, FRICTION, BUMPER = Law(cubic, None, 1), Law(friction, None, 2), Law(bumper, None, 2)
+SLIP = Law(slip, slipped, 2)
+NUMBERS = {CUBIC: [4e5], FRICTION: [0.6, 4e-3], BUMPER: [900.0, 6e-3], SLIP: [300.0, 0.8]}
+"""Of laws on a mass of 1 kg with 400 N/m that swings by about a centimetre."""
+
+
+def two_masses(
+    k=400.0, ports=((1.0, 0.0),), process=True, latent=None, damping=(0.5, 0.6)
+) -> System:
+    """Return two masses in a row, force on both, acceleration of both, laws at the ports."""
+    M = np.diag([1.0, 0.8])
+    K = np.array([[k + 300.0, -300.0], [-300.0, 300.0]])
+    R = np.array([[sum(damping), -damping[1]], [-damping[1], damping[1]]])
+    lower = -np.linalg.solve(M, np.hstack([K, R]))
+    A = np.vstack([np.hstack([np.zeros((2, 2)), np.eye(2)]), lower])
+    inverse = np.linalg.inv(M)
+    rows = np.array(ports, float).reshape(len(ports), 2)
+
+    def entry(force):
+        return np.vstack([np.zeros((2, force.shape[1])), inverse @ force]), inverse @ force
+
+    B, D = entry(np.eye(2)[:, :1])
+    W, V = entry(np.eye(2) if process else np.eye(2)[:, :1])
+    E, F = entry(-rows.T)
+    still = np.zeros_like(rows)
+    system = System(A, B, lower, D, E, F, np.hstack([rows, still]), np.hstack([still, rows]),
+                    W, V, np.zeros((4, 0)))  # fmt: skip
+    return system if latent is None else driven(system, entry(-rows.T[:, :1]), *latent)
+
+
+def driven(system: System, through, rms: float, rate: float) -> System:
+    """Return the system with one latent force, an Ornstein-Uhlenbeck process."""
+    tall = lambda m: np.vstack([m, np.zeros((1, m.shape[1]))])  # noqa: E731
+    wide = lambda m: np.hstack([m, np.zeros((len(m), 1))])  # noqa: E731
+    A = np.block([[system.A, through[0]], [np.zeros((1, 4)), np.array([[-rate]])]])
+    G = np.vstack([np.zeros((4, 1)), [[rms * np.sqrt(2 * rate)]]])
+    return System(A, tall(system.B), np.hstack([system.C, through[1]]), system.D, tall(system.E),
+                  system.F, wide(system.drift), wide(system.rate), tall(system.W), system.V,
+                  G)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class TwoMasses:
+    """The two masses with laws and noise as a ``Model``: k, laws' numbers, and noise levels."""
+
+    trials: tuple[Trial, ...]
+    laws: tuple[Law, ...] = ()
+    ports: tuple[tuple[float, float], ...] = ()
+    steps: int = 2
+    latent: bool = False
+    loose: float = 0.1
+
+    @property
+    def unknowns(self) -> tuple[Unknown, ...]:
+        out = [Unknown("stiffness", np.log(400.0), self.loose, True)]
+        for j, law in enumerate(self.laws):
+            for q, value in enumerate(NUMBERS[law]):
+                out.append(Unknown(f"law {j} number {q}", np.log(value), 0.3, True, "law"))
+        if self.latent:
+            out.append(Unknown("latent force", np.log(0.05), 0.5, True))
+        for t in range(len(self.trials)):
+            out.append(Unknown(f"output noise {t}", np.log(0.05), 0.5, True, "noise", t))
+            out.append(Unknown(f"input noise {t}", np.log(0.02), 0.5, True, "noise", t))
+        return tuple(out)
+
+    def assemble(self, z):
+        values = [u.value(float(x)) for u, x in zip(self.unknowns, z, strict=True)]
+        at = 1
+        numbers = np.zeros((len(self.laws), 4))
+        for j, law in enumerate(self.laws):
+            numbers[j, : law.count] = values[at : at + law.count]
+            at += law.count
+        latent = None
+        if self.latent:
+            latent, at = (values[at], 20.0), at + 1
+        system = two_masses(values[0], self.ports, latent=latent)
+        start = np.diag([1e-4, 1e-4, 4e-2, 4e-2, 1.0][: len(system.A)])
+        noises = tuple(
+            Noise(np.array([values[at + 2 * t + 1], 0.01]), np.full(2, values[at + 2 * t]), start)
+            for t in range(len(self.trials))
+        )
+        scales = np.tile([5.0, 0.01, 0.2], (len(self.laws), 1))
+        return Assembly((system,), (0,) * len(self.trials), noises, self.laws, numbers, scales,
+                        self.steps, np.zeros(1, bool), self.trials)  # fmt: skip
+
+    def blur(self, trial, forces, system):
+        return None
+
+
+def shaken(samples: int, seed: int, laws=(), ports=(), noise=(0.05, 0.02), missing=0.0) -> Trial:
+    """Return a recording of the two masses by a fine integration of their laws."""
+    from twin.estimation.kalman import gains
+    from twin.estimation.likelihood import open_loop, run
+    from twin.estimation.system import sampled
+
+    rng = np.random.default_rng(seed)
+    force = np.convolve(rng.normal(size=samples + 8), np.ones(9) / 3, "valid")[:, None] * 4
+    numbers = np.zeros((len(laws), 4))
+    for j, law in enumerate(laws):
+        numbers[j, : law.count] = NUMBERS[law]
+    model = TwoMasses((), tuple(laws), tuple(ports))
+    here = model.assemble(np.zeros(len(model.unknowns)))
+    system = here.systems[0]
+    plant = sampled(system, 1 / RATE_HZ, 32, here.held)
+    empty = Trial(force, force, np.full((samples, 2), np.nan), 1 / RATE_HZ)
+    level = Noise(np.array([0.02, 0.01]), np.full(2, 0.05), np.eye(4))
+    fine = run(here, empty, plant, open_loop(gains(plant, level)))
+    y = fine.x @ system.C.T + force @ system.D.T + fine.f @ system.F.T
+    y = y + noise[0] * rng.normal(size=y.shape)
+    y[rng.random(y.shape) < missing] = np.nan
+    u = force + noise[1] * rng.normal(size=force.shape)
+    return Trial(u, u, y, 1 / RATE_HZ)

@@ -1,0 +1,120 @@
+"""The forces of several laws over a part of a sample, which act on one another, and derivatives."""
+
+# mypy: disable-error-code="no-untyped-def"
+
+from __future__ import annotations
+
+import numba
+
+from twin.estimation.implicit import flow_slopes, force_slopes, solve_force
+from twin.estimation.products import along, set_slopes
+
+SWEEPS = 20
+"""Gauss-Seidel sweeps at most over laws that act on one another."""
+
+SETTLED = 1e-11
+"""Change of every force, as a share of its scale, with which these sweeps have converged."""
+
+
+@numba.njit(nogil=True, cache=True, forceinline=True)
+def solve_forces(laws, numbers, ports, push, begun, free, z, solved, t, scales, c, first):
+    """Set c[first:], (l,), to the laws' forces in the middle of a part of a sample.
+
+    Args:
+        laws: addresses of forces and flows, (l, 2).
+        numbers: of the laws, (l, most).
+        ports: displacements, then rates, at the laws' ports, (2 l, n).
+        push: what the forces add to displacements and rates at the ports, (2 l, l).
+        begun: displacements, then rates, where the part begins, (2 l,).
+        free: state at its end without the laws, (n,).
+        z: memories where it begins, (l,).
+        solved: slope of each force's equation; kept from part to part, (l,).
+        t: time of the middle [s].
+        scales: of force, displacement and rate at each port, (l, 3).
+        c: holds the forces of the part before, with which it begins.
+        first: where in c they are.
+    """
+    count, n = len(laws), len(free)
+    for _ in range(SWEEPS):
+        settled = True
+        for j in range(count):
+            d, v = along(ports[j], free, n), along(ports[count + j], free, n)
+            for b in range(count):
+                if b != j:
+                    d += push[j, b] * c[first + b]
+                    v += push[count + j, b] * c[first + b]
+            kept = c[first + j]
+            c[first + j], solved[j] = solve_force(
+                laws[j], numbers[j].ctypes.data, begun[j], begun[count + j], d, v, z[j],
+                push[j, j], push[count + j, j], kept, solved[j], t, scales[j, 0],
+            )  # fmt: skip
+            size = max(scales[j, 0], abs(kept))
+            settled = settled and abs(c[first + j] - kept) <= SETTLED * size
+        if count == 1 or settled:
+            break
+
+
+@numba.njit(nogil=True, cache=True, forceinline=True)
+def force_derivatives(
+    laws, numbers, varied, ports, push, begun, free, z, t, scales, c, first,
+    dbegun, dfree, dz, dnumbers, df, memory_slopes, slopes, coupled,
+):  # fmt: skip
+    """Fill df, (l, p), the derivatives of these forces, by the implicit function theorem.
+
+    The arguments are those of ``solve_forces``, their derivatives with respect to the unknowns,
+    ``varied``, the steps of the numbers' differences (l, most), and ``dfree``, the derivatives of
+    the state at the end at given forces. The slopes of each memory's flow are left in
+    ``memory_slopes``, (l, 3 + most); ``slopes`` and ``coupled`` are room to work in.
+    """
+    count, n, p = len(laws), len(free), df.shape[1]
+    coupled[:] = 0.0
+    for j in range(count):
+        d, v = along(ports[j], free, n), along(ports[count + j], free, n)
+        for b in range(count):
+            d += push[j, b] * c[first + b]
+            v += push[count + j, b] * c[first + b]
+        before, memory = begun[j], z[j]
+        by = memory_slopes[j]
+        if laws[j, 1]:
+            memory = 0.5 * (z[j] + flow_slopes(
+                laws[j], numbers[j], varied[j], z[j], before, d, scales[j], by))  # fmt: skip
+        force_slopes(laws[j], numbers[j], varied[j], 0.5 * (before + d),
+                     0.5 * (begun[count + j] + v), memory, t, scales[j], slopes)  # fmt: skip
+        half_d, half_v, half_z = 0.5 * slopes[0], 0.5 * slopes[1], 0.5 * slopes[2]
+        by_start, by_end, by_memory = half_d, half_d, 0.0
+        if laws[j, 1]:
+            by_memory = half_z * (1.0 + by[0])
+            by_start += half_z * by[1]
+            by_end += half_z * by[2]
+            for q in range(3, len(slopes)):
+                slopes[q] += half_z * by[q]
+        slopes[0], slopes[1], slopes[2] = by_start, half_v, by_memory
+        set_slopes(df[j], slopes, dbegun[j], dbegun[count + j], dz[j], dnumbers[j])
+        for i in range(n):
+            g = by_end * ports[j, i] + half_v * ports[count + j, i]
+            if g != 0.0:
+                for a in range(p):
+                    df[j, a] += g * dfree[i, a]
+        coupled[j, j] += 1.0
+        for b in range(count):
+            coupled[j, b] -= by_end * push[j, b] + half_v * push[count + j, b]
+    _eliminate(coupled, df)
+
+
+@numba.njit(nogil=True, cache=True, forceinline=True)
+def _eliminate(M, X):
+    """Replace X by M^-1 X (Gauss-Jordan; the laws' own slopes make M diagonally heavy)."""
+    count, p = X.shape
+    for j in range(count):
+        pivot = max(M[j, j], 1e-3)
+        for b in range(count):
+            M[j, b] /= pivot
+        for a in range(p):
+            X[j, a] /= pivot
+        for i in range(count):
+            g = M[i, j]
+            if i != j and g != 0.0:
+                for b in range(count):
+                    M[i, b] -= g * M[j, b]
+                for a in range(p):
+                    X[i, a] -= g * X[j, a]

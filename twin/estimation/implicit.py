@@ -1,0 +1,175 @@
+"""The force of one law over a part of a sample, which moves the port that it depends on.
+
+With displacement and rate (b, s) where the part begins and (d + ed f, v + ev f) where it ends, the
+force f is that of the middle of the motion,
+
+    f = law((b + d + ed f) / 2, (s + v + ev f) / 2, (z + z+) / 2, t),    z+ = flow(z, b, d + ed f),
+
+the implicit midpoint rule: of second order for smooth laws; dry friction sticks (Moreau 1988).
+"""
+
+# mypy: disable-error-code="no-untyped-def"
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from twin.estimation.laws import call_flow, call_force
+
+SECANTS = 12
+"""Secant steps before the bracketed search takes over: smooth laws need two or three."""
+
+BRACKETED = 60
+"""Steps of the bracketed search: halving alone reaches rounding."""
+
+CLOSE = 1e-12
+"""Error, as a share of the scale of force at the port, at which the force is solved."""
+
+LEAST_SLOPE = 0.1
+"""Slope of f - law(f), 1 where the law does nothing, below which a secant is not trusted."""
+
+DIFFERENCE = 1e-7
+"""Step of a law's numeric slopes, as a share of the scale of its argument: between rounding
+(1e-16 / 1e-7) and curvature (1e-7)."""
+
+
+@numba.njit(nogil=True, cache=True)
+def middle_force(law, numbers, before, begun, d, v, z, ed, ev, f, t):
+    """Return the law's force in the middle of a motion in which it was f."""
+    after = d + ed * f
+    memory = z
+    if law[1]:
+        memory = 0.5 * (z + call_flow(law[1], z, before, after, numbers))
+    return call_force(
+        law[0], 0.5 * (before + after), 0.5 * (begun + v + ev * f), memory, t, numbers
+    )
+
+
+@numba.njit(nogil=True, cache=True)
+def solve_force(law, numbers, before, begun, d, v, z, ed, ev, guess, slope, t, scale):
+    """Return f as above, and the slope of f - law(f) there.
+
+    Args:
+        law: addresses of force and flow.
+        numbers: address of the law's numbers.
+        before: displacement where the part of the sample begins.
+        begun: rate there.
+        d: displacement at its end without this force.
+        v: rate there.
+        z: memory where it begins.
+        ed: what this force adds to the displacement at the end, a newton.
+        ev: the same of the rate.
+        guess: of the force.
+        slope: of f - law(f), to begin with.
+        t: time of the middle [s].
+        scale: of forces at the port [N].
+    """
+    f = guess
+    error = f - middle_force(law, numbers, before, begun, d, v, z, ed, ev, f, t)
+    for _ in range(SECANTS):
+        if abs(error) <= CLOSE * max(scale, abs(f)):
+            return f, slope
+        step = -error / slope
+        moved = f + step - middle_force(law, numbers, before, begun, d, v, z, ed, ev, f + step, t)
+        secant = (moved - error) / step
+        f, error = f + step, moved
+        if not secant > LEAST_SLOPE:
+            break
+        slope = secant
+    if abs(error) <= CLOSE * max(scale, abs(f)):
+        return f, slope
+    return _bracketed(law, numbers, before, begun, d, v, z, ed, ev, t, scale), 1.0
+
+
+@numba.njit(nogil=True, cache=True)
+def _bracketed(law, numbers, before, begun, d, v, z, ed, ev, t, scale):
+    """Return f by false position, each retained end's error halved (Illinois, 1971)."""
+    a = middle_force(law, numbers, before, begun, d, v, z, ed, ev, 0.0, t)
+    b = middle_force(law, numbers, before, begun, d, v, z, ed, ev, a, t)
+    error_a = a - b
+    error_b = b - middle_force(law, numbers, before, begun, d, v, z, ed, ev, b, t)
+    f = b
+    for k in range(BRACKETED):
+        if abs(error_b - error_a) <= 1e-300 or error_a * error_b > 0.0 or k > BRACKETED // 2:
+            f = 0.5 * (a + b)
+        else:
+            f = b - error_b * (b - a) / (error_b - error_a)
+        error = f - middle_force(law, numbers, before, begun, d, v, z, ed, ev, f, t)
+        if abs(error) <= CLOSE * max(scale, abs(f)) or abs(b - a) <= CLOSE * scale * 1e-3:
+            break
+        if error * error_b < 0.0:
+            a, error_a = b, error_b
+        else:
+            error_a *= 0.5
+        b, error_b = f, error
+    return f
+
+
+@numba.njit(nogil=True, cache=True)
+def force_slopes(law, row, steps, d, v, z, t, scale, out):
+    """Fill the slopes of a force: by displacement, rate, memory, then by its numbers, (3 + most,).
+
+    Args:
+        law: addresses of force and flow.
+        row: numbers of the law, (most,).
+        steps: of the numbers' differences; zero where they do not vary, (most,).
+        d: displacement.
+        v: rate.
+        z: memory.
+        t: time.
+        scale: of force, displacement and rate, (3,).
+        out: filled.
+    """
+    at = row.ctypes.data
+    here = call_force(law[0], d, v, z, t, at)
+    h = DIFFERENCE * scale[1]
+    out[0] = (call_force(law[0], d + h, v, z, t, at) - here) / h
+    h = DIFFERENCE * scale[2]
+    out[1] = (call_force(law[0], d, v + h, z, t, at) - here) / h
+    out[2] = 0.0
+    if law[1]:
+        h = DIFFERENCE * scale[0]
+        out[2] = (call_force(law[0], d, v, z + h, t, at) - here) / h
+    for q in range(len(row)):
+        out[3 + q] = 0.0
+        if steps[q] != 0.0:
+            kept = row[q]
+            row[q] = kept + steps[q]
+            out[3 + q] = (call_force(law[0], d, v, z, t, at) - here) / steps[q]
+            row[q] = kept
+
+
+@numba.njit(nogil=True, cache=True)
+def flow_slopes(law, row, steps, z, before, after, scale, out):
+    """Return the memory after, and fill its slopes: by memory, displacement before and after, ...
+
+    ... then by the law's numbers, (3 + most,). Arguments as those of ``force_slopes``.
+    """
+    at = row.ctypes.data
+    here = call_flow(law[1], z, before, after, at)
+    h = DIFFERENCE * scale[0]
+    out[0] = (call_flow(law[1], z + h, before, after, at) - here) / h
+    h = DIFFERENCE * scale[1]
+    out[1] = (call_flow(law[1], z, before + h, after, at) - here) / h
+    out[2] = (call_flow(law[1], z, before, after + h, at) - here) / h
+    for q in range(len(row)):
+        out[3 + q] = 0.0
+        if steps[q] != 0.0:
+            kept = row[q]
+            row[q] = kept + steps[q]
+            out[3 + q] = (call_flow(law[1], z, before, after, at) - here) / steps[q]
+            row[q] = kept
+    return here
+
+
+@numba.njit(nogil=True, cache=True)
+def number_steps(dnumbers):
+    """Return steps for the differences by the laws' numbers, (l, most): zero where none varies."""
+    laws, most, p = dnumbers.shape
+    out = np.zeros((laws, most))
+    for j in range(laws):
+        for q in range(most):
+            for a in range(p):
+                out[j, q] = max(out[j, q], DIFFERENCE * abs(dnumbers[j, q, a]))
+    return out

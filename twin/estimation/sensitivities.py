@@ -1,0 +1,153 @@
+"""Derivatives of sampled systems, gains and laws' numbers with respect to the unknowns."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.estimation.kalman import Gains, gains
+from twin.estimation.system import Sampled, sampled
+
+if TYPE_CHECKING:
+    from twin.estimation.likelihood import Assembly, Model, Unknown
+
+Array = NDArray[np.float64]
+
+STEP = 1e-6
+"""Step of the differences of matrices and gains, in prior standard deviations: between rounding
+(1e-16 / 1e-6) and curvature (1e-6)."""
+
+ORDER = ("system", "law", "noise", "samples")
+"""Roles in the order of the stepping loop's columns: what each changes is a part of what the first
+does (a noise level changes gains alone, a fault taken back in the samples none of them)."""
+
+
+@dataclass(frozen=True)
+class Slopes:
+    """Derivatives of one trial's matrices with respect to the unknowns, these in the last axis.
+
+    Attributes:
+        step, read, gain, numbers: as the stepping loop takes them, in its order.
+        innovation: of the innovations' covariances, (t, m, m, p), in the order of ``columns``.
+        columns: the unknowns that change this trial, as they are counted in the model.
+        order: the place in ``columns`` of each of the stepping loop's columns, (p,).
+        taken_back: for unknowns that change the samples themselves, their place in ``columns`` and
+            the assembly a step away.
+    """
+
+    step: Array
+    read: Array
+    gain: Array
+    numbers: Array
+    innovation: Array
+    columns: list[int]
+    order: NDArray[np.int64]
+    taken_back: dict[int, Assembly]
+
+
+def plants_of(assembly: Assembly, model: Model) -> list[Sampled]:
+    """Return the sampled systems of an assembly."""
+    step_s = model.trials[0].step_s
+    return [sampled(s, step_s, assembly.steps, assembly.held) for s in assembly.systems]
+
+
+def step_matrix(plant: Sampled) -> Array:
+    """Return x+ over a part of a sample, by (x, n, u, u+, f), (n, n + w + 2 r + l)."""
+    return np.hstack([plant.A, plant.W, plant.B0, plant.B1, plant.E])
+
+
+def read_matrix(plant: Sampled) -> Array:
+    """Return the outputs by (x, u, f), (m, n + r + l)."""
+    system = plant.system
+    return np.hstack([system.C, system.D, system.F])
+
+
+def gain_matrices(gain: Gains) -> Array:
+    """Return corrections of state and held disturbances, (t, n + w, m)."""
+    return np.concatenate([gain.state, gain.held], axis=1)
+
+
+def numbers_of(assembly: Assembly) -> Array:
+    """Return the laws' numbers, no wider than the law that takes most, (l, most)."""
+    most = max((law.count for law in assembly.laws), default=0)
+    return np.array(assembly.numbers[:, :most], float)
+
+
+def slopes_of(
+    model: Model, z: Array, here: Assembly, plants: Sequence[Sampled]
+) -> tuple[Slopes, ...]:
+    """Return the derivatives of each trial at z, by differences of assemblies."""
+    unknowns = model.unknowns
+    moved: dict[int, tuple[Assembly, Sequence[Sampled]]] = {}
+    for group in _together(unknowns):
+        near = z.copy()
+        near[group] += STEP
+        assembly = model.assemble(near)
+        own = plants_of(assembly, model) if unknowns[group[0]].role == "system" else plants
+        moved |= {index: (assembly, own) for index in group}
+    trials = range(len(model.trials))
+    return tuple(_of_trial(trial, unknowns, here, plants, moved) for trial in trials)
+
+
+def _together(unknowns: Sequence[Unknown]) -> list[list[int]]:
+    """Return unknowns that may be moved at once: noise levels of different trials."""
+    alone, places = [], dict[int, list[int]]()
+    for index, unknown in enumerate(unknowns):
+        if unknown.role == "noise" and unknown.trial is not None:
+            places.setdefault(unknown.trial, []).append(index)
+        else:
+            alone.append([index])
+    longest = max((len(own) for own in places.values()), default=0)
+    return alone + [[own[i] for own in places.values() if i < len(own)] for i in range(longest)]
+
+
+def _of_trial(
+    trial: int,
+    unknowns: Sequence[Unknown],
+    here: Assembly,
+    plants: Sequence[Sampled],
+    moved: dict[int, tuple[Assembly, Sequence[Sampled]]],
+) -> Slopes:
+    plant = plants[here.which[trial]]
+    base = gains(plant, here.noises[trial])
+    step, read, gain = step_matrix(plant), read_matrix(plant), gain_matrices(base)
+    columns = [i for i, u in enumerate(unknowns) if u.trial is None or u.trial == trial]
+    order = sorted(range(len(columns)), key=lambda i: ORDER.index(unknowns[columns[i]].role))
+    p = len(columns)
+    systems = sum(unknowns[i].role == "system" for i in columns)
+    laws = systems + sum(unknowns[i].role == "law" for i in columns)
+    taken_back = {}
+    dstep = np.zeros((*step.shape, systems))
+    dread = np.zeros((*read.shape, systems))
+    numbers = numbers_of(here)
+    dnumbers = np.zeros((*numbers.shape, laws))
+    dgain, dS = np.zeros((*gain.shape, p)), np.zeros((*base.innovation.shape, p))
+    for at, place in enumerate(order):
+        assembly, others = moved[columns[place]]
+        other = others[assembly.which[trial]]
+        if at < systems:
+            dstep[:, :, at] = (step_matrix(other) - step) / STEP
+            dread[:, :, at] = (read_matrix(other) - read) / STEP
+        if at < laws:
+            dnumbers[:, :, at] = (numbers_of(assembly) - numbers) / STEP
+        if unknowns[columns[place]].role == "samples":
+            taken_back[place] = assembly
+        elif at < systems or at >= laws:
+            near = gains(other, assembly.noises[trial], len(gain) - 1)
+            dgain[..., at] = (gain_matrices(near) - gain) / STEP
+            dS[..., place] = (near.innovation - base.innovation) / STEP
+    return Slopes(dstep, dread, dgain, dnumbers, dS, columns, np.array(order, np.int64),
+                  taken_back)  # fmt: skip
+
+
+def no_slopes(plant: Sampled, gain: Gains, numbers: Array, p: int = 0) -> Slopes:
+    """Return derivatives with respect to nothing but the first state, which p unknowns change."""
+    return Slopes(
+        np.zeros((*step_matrix(plant).shape, 0)), np.zeros((*read_matrix(plant).shape, 0)),
+        np.zeros((*gain_matrices(gain).shape, p)), np.zeros((*numbers.shape, 0)),
+        np.zeros((*gain.innovation.shape, p)), [], np.arange(p), {},
+    )  # fmt: skip
