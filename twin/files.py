@@ -9,6 +9,14 @@ from pathlib import Path
 
 from twin.errors import TwinError
 
+_written: set[Path] = set()
+_replaced: dict[Path, Path] = {}
+
+
+def replaced() -> list[str]:
+    """Return the files that were there before this process wrote them, as they were named."""
+    return [str(path) for path in _replaced.values()]
+
 
 def folder(out: Path) -> Path:
     """Make the output folder. Raises TwinError when it cannot be made."""
@@ -16,6 +24,21 @@ def folder(out: Path) -> Path:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise TwinError(f"{out}: cannot make this folder ({error.strerror})") from None
+    return out
+
+
+def check_folder(out: Path) -> Path:
+    """Return the folder. Raises TwinError when it could not be written, before the long work.
+
+    Nothing is made yet: a command that fails leaves nothing behind.
+    """
+    there = out.absolute()
+    while not there.exists():
+        there = there.parent
+    if not there.is_dir():
+        raise TwinError(f"{out}: cannot make this folder ({there} is a file)")
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise TwinError(f"{out}: cannot write there (no permission to write in {there})")
     return out
 
 
@@ -34,6 +57,10 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> Path:
         part = Path(name)
         write(part)
         part.chmod(0o644)
+        here = path.absolute()
+        if path.exists() and here not in _written:
+            _replaced[here] = path
+        _written.add(here)
         part.replace(path)
     except OSError as error:
         raise TwinError(f"{path}: cannot write ({error.strerror or error})") from None

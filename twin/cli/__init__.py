@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 import warnings
 from importlib import import_module
-from typing import NoReturn
+from typing import Annotated, NoReturn
 
 import typer
 
+from twin.cli.arguments import expanded
 from twin.errors import TwinError
+from twin.files import replaced
 
 COMMANDS = (
     "demo",
@@ -41,10 +44,11 @@ def build() -> typer.Typer:
         name="twin",
         help="A digital twin of a laboratory frame: test it, identify it, look at it.",
         no_args_is_help=True,
-        add_completion=False,
         rich_markup_mode="markdown",
         pretty_exceptions_enable=False,
+        context_settings={"help_option_names": ["-h", "--help"]},
     )
+    app.callback()(_about)
     for name in COMMANDS:
         import_module(f"twin.cli.{name}").register(app)
     return app
@@ -54,8 +58,10 @@ def main(arguments: list[str] | None = None) -> None:
     """Run the command line; bad input ends with one line on standard error and exit code 2."""
     # A number that overflows ends in an error of ours or not at all; NumPy's remark is noise.
     warnings.filterwarnings("ignore", category=RuntimeWarning)
+    signal.signal(signal.SIGTERM, _stopped)
     try:
-        code = build()(args=arguments, standalone_mode=False)
+        given = expanded(sys.argv[1:] if arguments is None else arguments)
+        code = build()(args=given, prog_name="twin", standalone_mode=False)
     except TwinError as error:
         _refuse(str(error))
     except typer.Exit as stop:
@@ -69,7 +75,32 @@ def main(arguments: list[str] | None = None) -> None:
         if message.strip():
             _refuse(message)
         sys.exit(0)
+    if replaced():
+        sys.stderr.write(f"twin: replaced {', '.join(replaced())}\n")
     sys.exit(code if isinstance(code, int) else 0)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from twin import __version__
+
+        typer.echo(f"twin {__version__}")
+        raise typer.Exit
+
+
+def _about(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_version, is_eager=True, help="Print the version."),
+    ] = False,
+) -> None:
+    """A digital twin of a laboratory frame: test it, identify it, look at it."""
+    del version  # its callback has printed it
+
+
+def _stopped(*_: object) -> NoReturn:
+    """End as by an exception, so that no part of a file is left behind."""
+    sys.exit(143)
 
 
 def _refuse(message: str) -> NoReturn:

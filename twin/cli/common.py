@@ -9,9 +9,11 @@ from typing import Annotated, Any
 
 import typer
 from rich.console import Console
+from rich.measure import Measurement
+from rich.table import Table
 
 from twin.errors import TwinError
-from twin.files import folder, write_whole
+from twin.files import check_folder, folder, write_whole
 
 Out = Annotated[
     Path | None, typer.Option("--out", metavar="DIR", help="Folder for the files it writes.")
@@ -23,10 +25,15 @@ Json = Annotated[
 ]
 
 
+WIDEST = 1000
+"""Letters of the widest table."""
+
+
 __all__ = [
     "Json",
     "Out",
     "Seed",
+    "check_folder",
     "check_json_target",
     "console",
     "folder",
@@ -35,9 +42,27 @@ __all__ = [
 ]
 
 
+class Terminal(Console):
+    """A console that never cuts a table's digits off: a table wider than it runs over its edge."""
+
+    def print(self, *objects: Any, **options: Any) -> None:
+        """Print as Console does, tables as wide as they are."""
+        for table in (thing for thing in objects if isinstance(thing, Table)):
+            room = self.options.update(width=WIDEST)
+            needed = Measurement.get(self, room, table).maximum
+            if needed > self.width and all(column.no_wrap for column in table.columns):
+                kept, self.width = self.width, needed
+                try:
+                    super().print(*objects, **options)
+                finally:
+                    self.width = kept
+                return
+        super().print(*objects, **options)
+
+
 def console(json_target: str | None) -> Console:
     """Return the console for people: standard error when standard output carries JSON."""
-    return Console(stderr=json_target == "-", highlight=False, soft_wrap=False)
+    return Terminal(stderr=json_target == "-", highlight=False, soft_wrap=False)
 
 
 def check_json_target(target: str | None) -> None:

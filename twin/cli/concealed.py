@@ -15,7 +15,7 @@ import typer
 from rich.console import Console
 from rich.progress import Progress, TaskID
 
-from twin.cli.common import Json, Out, Seed, check_json_target, console, write_json
+from twin.cli.common import Json, Out, Seed, check_folder, check_json_target, console, write_json
 from twin.errors import TwinError, available
 
 DEFAULT_FOLDER = Path("twin-concealed")
@@ -79,7 +79,7 @@ def concealed(
     campaign = import_module(f"{package}.campaign")
     summary = import_module(f"{package}.summary")
     pictures = import_module(f"{package}.pictures")
-    target = out or DEFAULT_FOLDER
+    target = check_folder(out or DEFAULT_FOLDER)
     shown = Console(stderr=True)
     with (
         Progress(console=shown, transient=True, disable=not shown.is_terminal) as bar,

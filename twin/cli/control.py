@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 from rich.progress import Progress, TaskID
 
-from twin.cli.common import Json, Out, Seed, check_json_target, console, write_json
+from twin.cli.common import Json, Out, Seed, check_folder, check_json_target, console, write_json
 from twin.errors import TwinError
 
 if TYPE_CHECKING:
@@ -123,6 +123,8 @@ def control_absorber(
     from twin.view.control_report import write_control
 
     check_json_target(json)
+    if out is not None:
+        check_folder(out)
     chosen = read_settings(settings)
     changes: dict[str, Any] = {"rate_hz": rate, "torque_limit": torque_limit, "ramp_s": ramp}
     chosen = replace(chosen, **{k: v for k, v in changes.items() if v is not None})

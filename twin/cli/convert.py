@@ -48,10 +48,10 @@ def convert(
 ) -> None:
     """Read a recording, convert it to SI units and write it in the format of OUT's suffix.
 
-    Reads CSV, UFF-58, MAT, TDMS, HDF5 and NumPy files; writes all of them but TDMS.
+    Reads CSV, Excel, UFF-58, MAT, TDMS, HDF5 and NumPy files; writes all of them but Excel's and
+    TDMS.
 
-    Example: twin convert F16.csv f16.h5 --rate 400 --map 'Force=force_floor1 [N]'
-    --map 'Acceleration1=acc_floor1 [m/s^2]'
+    Example: twin convert hits/hammer_floor1_01.csv hit.h5 --resample 16 --start 1
     """
     from twin.formats import parse_channel_map, read_recording, write_recording
     from twin.signals.sections import resample_recording, trim_seconds

@@ -6,7 +6,16 @@ from pathlib import Path
 
 import typer
 
-from twin.cli.common import Json, Out, Seed, check_json_target, console, folder, write_json
+from twin.cli.common import (
+    Json,
+    Out,
+    Seed,
+    check_folder,
+    check_json_target,
+    console,
+    folder,
+    write_json,
+)
 
 DEFAULT_FOLDER = Path("twin-demo")
 MODEL = "two_storey"
@@ -39,7 +48,7 @@ def demo(out: Out = None, seed: Seed = 0, json: Json = None) -> None:
 
     check_json_target(json)
     terminal = console(json)
-    target = folder(out or DEFAULT_FOLDER)
+    target = folder(check_folder(out or DEFAULT_FOLDER))
     rig = Twin.load(MODEL)
     instruments = {kind: Instrument(noise_fraction=NOISE) for kind in ("acc", "force")}
     test = Experiment(Hammer(peak_n=PEAK_N), instruments=instruments)

@@ -9,7 +9,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from twin.cli.common import Json, Out, Seed, check_json_target, console, folder, write_json
+from twin.cli.common import (
+    Json,
+    Out,
+    Seed,
+    check_folder,
+    check_json_target,
+    console,
+    folder,
+    write_json,
+)
 from twin.errors import TwinError
 
 if TYPE_CHECKING:
@@ -22,16 +31,20 @@ TWIN_FILE = "explained_twin.xml"
 def register(app: typer.Typer) -> None:
     """Add the command."""
     example = (
-        "Example: twin diagnose two_storey_lumped --train hammer.csv --train shaker.csv "
-        "--test unseen.csv --out diagnosis"
+        "Example: twin diagnose two_storey_lumped --train hits/*.csv shaken/*.csv "
+        "--test unseen/*.csv --out found"
     )
     app.command("diagnose", epilog=example)(diagnose)
 
 
 def diagnose(
     model: Annotated[str, typer.Argument(help="MJCF file, or a shipped model's name.")],
-    train: Annotated[list[Path], typer.Option("--train", help="Recording to explain; repeat.")],
-    test: Annotated[list[Path], typer.Option("--test", help="Unseen recording; repeat.")],
+    train: Annotated[
+        list[Path], typer.Option("--train", metavar="FILE...", help="Recordings to explain.")
+    ],
+    test: Annotated[
+        list[Path], typer.Option("--test", metavar="FILE...", help="Unseen recordings.")
+    ],
     tolerance: Annotated[
         float,
         typer.Option(
@@ -72,7 +85,7 @@ def diagnose(
     """
     check_json_target(json)
     terminal = console(json)
-    target = folder(out or DEFAULT_FOLDER)
+    target = check_folder(out or DEFAULT_FOLDER)
     from rich.status import Status
 
     with Status("reading", console=terminal) as status:

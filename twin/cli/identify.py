@@ -7,7 +7,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from twin.cli.common import Json, Out, Seed, check_json_target, console, folder, write_json
+from twin.cli.common import (
+    Json,
+    Out,
+    Seed,
+    check_folder,
+    check_json_target,
+    console,
+    folder,
+    write_json,
+)
 from twin.cli.convert import Map, Rate
 from twin.errors import TwinError
 
@@ -55,7 +64,7 @@ def identify_recordings(
     ] = 0,
     tests: Annotated[
         list[Path] | None,
-        typer.Option("--test", help="Recording that the fit does not see; repeat."),
+        typer.Option("--test", metavar="FILE...", help="Recordings that the fit does not see."),
     ] = None,
     model: Annotated[
         str | None,
@@ -70,7 +79,7 @@ def identify_recordings(
     OKID/ERA, then maximum likelihood; the note "route" says which estimate was taken. Figures and
     a Rerun recording go to the folder of --out.
 
-    Example: twin identify hits/hammer_1.csv hits/hammer_2.csv --out found --json found.json
+    Example: twin identify hits/*.csv --model two_storey_lumped --out found --json found.json
     """
     from twin.formats import parse_channel_map, read_recording
     from twin.identification.as_json import as_json
@@ -86,6 +95,7 @@ def identify_recordings(
     if period is not None and period < LEAST_SAMPLES:
         raise TwinError(f"--period {period}: a period has at least {LEAST_SAMPLES} samples")
     check_json_target(json)
+    check_folder(out or DEFAULT_FOLDER)
     terminal = console(json)
     mapping = parse_channel_map(channel_map or [])
     truth = Twin.load(model) if model else None

@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from twin.cli.common import console, folder, write_json
+from twin.cli.common import check_folder, console, folder, write_json
 from twin.errors import TwinError
 from twin.formats import write_recording
 from twin.instruments import INSTRUMENT_OF, Instrument
@@ -97,7 +97,7 @@ class LaboratoryRun:
 
     def carry_out(self, out: Path | None, json_target: str | None) -> None:
         """Run, write the recordings as CSV, print a table and, where asked for, JSON."""
-        target = folder(out or DEFAULT_FOLDER)
+        target = folder(check_folder(out or DEFAULT_FOLDER))
         screen = console(json_target)
         recordings = self._recordings()
         paths = []

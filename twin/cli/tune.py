@@ -14,7 +14,16 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from twin.cli.common import Json, Out, Seed, check_json_target, console, write_json, write_whole
+from twin.cli.common import (
+    Json,
+    Out,
+    Seed,
+    check_folder,
+    check_json_target,
+    console,
+    write_json,
+    write_whole,
+)
 from twin.cli.control import (
     KNOWN_INPUT,
     About,
@@ -98,7 +107,7 @@ def tune(
     pendulum = pendulum_read(plant, inertia_about)
     base = Settings(rate_hz=rate, torque_limit=plant.torque_limit)
     base.design(plant.linear(), delay)
-    target = out or DEFAULT_FOLDER
+    target = check_folder(out or DEFAULT_FOLDER)
     shown = Console(stderr=True)
     with Progress(console=shown, transient=True, disable=not shown.is_terminal) as bar:
         identification = identification_of(recordings, plant, noise, seed, bar)

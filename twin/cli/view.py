@@ -25,6 +25,9 @@ def view(
         Path | None,
         typer.Option("--screenshot", metavar="PNG", help="Write a picture; open no window."),
     ] = None,
+    web: Annotated[
+        bool, typer.Option("--web", help="Show it in the browser, where no window can open.")
+    ] = False,
     time: Annotated[
         float | None, typer.Option("--time", metavar="S", help="Time to show in the picture [s].")
     ] = None,
@@ -39,7 +42,12 @@ def view(
 
         typer.echo(f"written: {take(recording, screenshot, time)}")
         return
-    done = subprocess.run([sys.executable, "-m", "rerun", str(recording)], check=False)
+    # the viewer listens on all addresses unless told not to
+    arguments = ["--bind", "127.0.0.1", *(["--serve-web"] if web else []), str(recording)]
+    try:
+        done = subprocess.run([sys.executable, "-m", "rerun", *arguments], check=False)
+    except KeyboardInterrupt:
+        return
     if done.returncode:
         raise TwinError(f"{recording}: the Rerun viewer ended with code {done.returncode}")
 

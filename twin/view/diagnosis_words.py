@@ -154,7 +154,7 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
         others = _listed([f"{located(a.mechanism)} ({probability(a.probability)})" for a in rivals])
         text += f" ({probability(first.probability)}), which ties with {others}"
     if rest:
-        text += f"; then {_listed([located(f.mechanism) for f in rest])}"
+        text += f"; besides, with less effect, {_listed([located(f.mechanism) for f in rest])}"
     return f"{text}."
 
 

@@ -14,6 +14,9 @@ Array = NDArray[np.float64]
 
 DISPLAY_HZ = 30.0
 TIMELINE = "time"
+LONGEST_MODE_S = 60.0
+"""Beyond this the mode shapes stand still: they repeat, and a record may last for hours [s]."""
+
 MODE_HZ = 0.5
 MODE_AMPLITUDE = 0.08
 MODE_SPACING = 0.6
@@ -163,7 +166,7 @@ def log_mode(
     stream: rr.RecordingStream, root: str, mode: ModeShape, number: int, seconds: float
 ) -> None:
     """Log one mode shape as a moving frame of lines, beside the others, in slow motion."""
-    time = np.arange(0, max(seconds, 1 / MODE_HZ), 1 / DISPLAY_HZ)
+    time = np.arange(0, min(max(seconds, 1 / MODE_HZ), LONGEST_MODE_S), 1 / DISPLAY_HZ)
     turn = np.exp(2j * np.pi * MODE_HZ * time)
     x = MODE_AMPLITUDE * np.real(turn[:, None] * mode.shape)
     levels = len(mode.places)
