@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -11,13 +11,14 @@ from numpy.typing import ArrayLike, NDArray
 from twin.arrays import frozen
 from twin.channel import GROUND, Channel, bare, channel_in
 from twin.errors import RecordingError, available
+from twin.presentable import Presentable
 from twin.units import split_name
 
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Recording:
+@dataclass(frozen=True, repr=False)
+class Recording(Presentable):
     """Uniformly sampled channels in SI units.
 
     Attributes:
@@ -105,6 +106,19 @@ class Recording:
             )
         data = np.column_stack(samples) if samples else np.empty((0, 0))
         return cls(sampling_hz, tuple(channels), data, source, start_s, notes)
+
+    def _title(self) -> str:
+        seconds = f"{self.samples} samples at {self.sampling_hz:.6g} Hz ({self.duration_s:.6g} s)"
+        return f"{self.source}: {seconds}"
+
+    def _rows(self) -> Iterator[tuple[str, str]]:
+        inputs = self.inputs
+        for channel in self.channels:
+            role = "input" if channel.name in inputs else "output"
+            rms = float(np.sqrt(np.mean(self.column(channel.name) ** 2)))
+            yield channel.title, f"{role}, RMS {rms:.4g}"
+        for note in self.notes:
+            yield "note", note
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -96,7 +96,7 @@ def test_the_package_runs_as_a_module_and_completes():
     assert done.stdout.split() == ["identify"]
 
 
-@pytest.mark.parametrize("after_s", [0.25, 1.0])
+@pytest.mark.parametrize("after_s", [0.4, 1.5])
 def test_an_interruption_is_one_line_from_the_first_moment(tmp_path, after_s):
     arguments = [sys.executable, "-m", "twin", "test", "hammer", "--repeat", "50"]
     process = subprocess.Popen(
@@ -105,7 +105,7 @@ def test_an_interruption_is_one_line_from_the_first_moment(tmp_path, after_s):
     time.sleep(after_s)
     process.send_signal(signal.SIGINT)
     error = process.communicate(timeout=30)[1]
-    if "site" not in error:  # Python itself was still starting
+    if "twin" in error:  # else Python itself was still starting
         assert error == "twin: interrupted\n"
         assert process.returncode == 130
     assert not list(tmp_path.rglob(".part-*"))

@@ -10,11 +10,11 @@ from twin.signals.channel_faults import (
     dead_tail,
     drift,
     dropouts,
-    hum,
     offset,
     quantisation,
     spikes,
 )
+from twin.signals.mains import hum
 from twin.signals.pair_faults import clock, identical, reversed_polarity
 from twin.signals.whitening import innovations, local_scale, prediction_error_filter
 

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from twin.arrays import frozen
+from twin.presentable import Presentable
 
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Controller:
+@dataclass(frozen=True, repr=False)
+class Controller(Presentable):
     """xi(k+1) = A xi + B_y y + B_f f + B_u u;  v(k) = C xi + D_y y + D_f f;  u = limit(ramp v).
 
     The controller reads y(k) and f(k) and gives the torque u(k), which acts from instant k on, or
@@ -58,6 +60,15 @@ class Controller:
     def __post_init__(self) -> None:
         for name in ("A", "B_y", "B_f", "B_u", "C", "D_y", "E"):
             object.__setattr__(self, name, frozen(getattr(self, name), float))
+
+    def _title(self) -> str:
+        return f"controller of {len(self.A)} states at {self.rate_hz:.6g} Hz"
+
+    def _rows(self) -> Iterator[tuple[str, str]]:
+        yield "reads", ", ".join((*self.measurements, self.known_input))
+        yield "torque limit", f"{self.torque_limit:.4g} N m"
+        yield "soft start", f"{self.ramp_s:.4g} s"
+        yield "delay", f"{self.delay:.4g} samples"
 
     @property
     def rate_hz(self) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from twin.mechanisms.mechanism import Mechanism
 from twin.model import Twin
+from twin.presentable import Presentable
 
 Array = NDArray[np.float64]
 Verdict = Literal["consistent", "parameter", "missing_physics", "measurement", "unexplained"]
@@ -154,8 +155,8 @@ class NextExperiment:
     options: tuple[tuple[str, float], ...] = ()
 
 
-@dataclass(frozen=True)
-class Diagnosis:
+@dataclass(frozen=True, repr=False)
+class Diagnosis(Presentable):
     """What the recordings say of the twin.
 
     Attributes:
@@ -197,6 +198,23 @@ class Diagnosis:
     notes: tuple[str, ...] = ()
     seconds: float = 0.0
     steps: Mapping[str, float] = field(default_factory=dict)
+
+    def _title(self) -> str:
+        return f"diagnosis of {self.nominal.source}: {self.verdict.replace('_', ' ')}"
+
+    def _rows(self) -> Iterator[tuple[str, str]]:
+        for finding in self.findings:
+            mechanism = finding.mechanism
+            values = ", ".join(f"{name} {value:.4g}" for name, value in mechanism.values.items())
+            yield (
+                f"{mechanism.name} at {mechanism.place}",
+                f"probability {finding.probability:.3g}: {values}",
+            )
+        test = self.fit.test
+        before, after = 100 * test.calibrated, 100 * test.explained
+        yield "unseen recordings", f"error {before:.3g} % of RMS before, {after:.3g} % after"
+        for note in self.notes:
+            yield "note", note
 
     @property
     def place(self) -> str | None:

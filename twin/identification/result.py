@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -12,6 +12,7 @@ from twin.arrays import frozen
 from twin.identification.maximum_likelihood import ModalFit
 from twin.identification.stabilisation import StablePole
 from twin.modal import ModalModel
+from twin.presentable import Presentable
 from twin.recording import Recording
 from twin.second_order import SecondOrderModel
 from twin.state_space import StateSpace
@@ -19,8 +20,8 @@ from twin.state_space import StateSpace
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Identification:
+@dataclass(frozen=True, repr=False)
+class Identification(Presentable):
     """An identified linear model, with the uncertainty of every modal parameter.
 
     Attributes:
@@ -72,6 +73,23 @@ class Identification:
         for name in ("natural_freq_bound", "damping_ratio_bound"):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, frozen(getattr(self, name), float))
+
+    def _title(self) -> str:
+        files = ", ".join(recording.source for recording in self.recordings)
+        return f"identified from {files}"
+
+    def _rows(self) -> Iterator[tuple[str, str]]:
+        modal = self.modal
+        f_std, z_std = modal.natural_freq_std, modal.damping_ratio_std
+        for i, (f, z) in enumerate(zip(modal.natural_freq, modal.damping_ratio, strict=True)):
+            off = "" if f_std is None else f" +- {f_std[i]:.1g}"
+            damping = "" if z_std is None else f" +- {100 * z_std[i]:.1g}"
+            yield f"mode {i + 1}", f"{f:.6g}{off} Hz, damping {100 * z:.4g}{damping} %"
+        if self.second_order is not None:
+            mass = ", ".join(f"{m:.4g}" for m in np.diag(self.second_order.M))
+            yield "masses", f"{mass} kg"
+        yield "error", f"{100 * self.nrmse:.2f} % of the outputs' RMS"
+        yield "estimate", self.route
 
     @property
     def nrmse(self) -> float:

@@ -13,7 +13,7 @@ from twin.mechanisms.instrument import Instrument
 from twin.mechanisms.mechanism import Array, ChannelFault, Surroundings
 from twin.mechanisms.scales import rms
 from twin.parameter import Parameter
-from twin.signals.channel_faults import MAINS_HZ, hum
+from twin.signals.mains import MAINS_HZ, hum
 
 OVERTONES = (1.0, 0.3, 0.3)
 """Strength of the fundamental and its first overtones: how far each may be, not how far it is."""

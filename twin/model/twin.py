@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -26,6 +26,7 @@ from twin.model.assembling import linear_model
 from twin.model.linear import LinearModel
 from twin.model.shaking import drive_name
 from twin.model_files import shipped, shipped_names
+from twin.presentable import Presentable
 from twin.second_order import SecondOrderModel
 
 Array = NDArray[np.float64]
@@ -70,8 +71,8 @@ class Motion:
         raise ModelError(f"no channel '{name}'; there are {available(self.columns)}")
 
 
-@dataclass(frozen=True)
-class Twin:
+@dataclass(frozen=True, repr=False)
+class Twin(Presentable):
     """A structure in MuJoCo: any MJCF model that compiles.
 
     A chain of storeys (names as in ``twin.contract``) can be described by its floors alone, too.
@@ -93,6 +94,17 @@ class Twin:
 
     def __post_init__(self) -> None:
         compiling.as_written(self.mjcf, self.source)
+
+    def _title(self) -> str:
+        return f"twin of {self.source}"
+
+    def _rows(self) -> Iterator[tuple[str, str]]:
+        names = names_in(self.compile())
+        for kind in ("body", "joint", "tendon", "actuator", "sensor"):
+            if names[kind]:
+                yield kind, ", ".join(names[kind])
+        for mechanism in self.mechanisms:
+            yield "mechanism", f"{mechanism.name} at {mechanism.place}"
 
     @classmethod
     def load(cls, name: str | Path) -> Twin:

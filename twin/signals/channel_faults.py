@@ -7,29 +7,22 @@ none knows a structure. What a detector cannot tell from a motion it does not re
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import lru_cache
-
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal, stats
+from scipy import stats
 
 from twin.recording_checks import clipped_samples
+from twin.signals.fault import FALSE_ALARM, Fault
+from twin.signals.mains import hum
+from twin.signals.mains import tapers as slepian
 from twin.signals.noise_floor import noise_floor
 from twin.signals.whitening import HALF, innovations, local_scale, prediction_error_filter
 
 Array = NDArray[np.float64]
 
-FALSE_ALARM = 1e-6
-"""Probability that a detector reports a fault that one sound channel does not have."""
-
-MAINS_HZ = (50.0, 60.0)
-WANDER = 2e-3
-"""Share by which the frequency of the mains strays."""
-
-HARMONICS = 3
-TAPERS, BANDWIDTH = 7, 4.0
-"""Slepian tapers and their half bandwidth over the resolution (Thomson 1982)."""
+MATTERS = 1e-3
+"""Share of a channel's RMS below which an error is not worth a word: sensors are calibrated to half
+a per cent at best (ISO 16063-21)."""
 
 SLOW = 8.0
 """Periods a record up to which a motion counts as its baseline: 14 tapers, 13 degrees of freedom
@@ -41,33 +34,6 @@ BENDS = 3
 LEAVES = 3.0
 """Steps of the converter by which a held value is left at least: a smooth signal that stays L
 samples within one step lies within (1 + 2/L)^2 steps one sample further, 2.8 for three."""
-
-
-@dataclass(frozen=True)
-class Fault:
-    """A fault of a channel.
-
-    Attributes:
-        name: clipping, dead_tail, dropout, spikes, offset, drift, hum or quantisation.
-        size: how large it is, in the channel's unit (of clipping, dropouts and dead tails: how
-            many samples).
-        samples: first and last sample of each stretch that it spoils, or ().
-        words: one short sentence.
-        frequency: of a hum's line [Hz].
-    """
-
-    name: str
-    size: float
-    samples: tuple[tuple[int, int], ...] = ()
-    words: str = ""
-    frequency: float = np.nan
-
-    def hides(self, count: int) -> NDArray[np.bool_]:
-        """Return which of the channel's samples are spoiled, (count,)."""
-        out = np.zeros(count, bool)
-        for first, last in self.samples:
-            out[first : last + 1] = True
-        return out
 
 
 def channel_faults(x: Array, rate_hz: float, kind: str = "acc") -> tuple[Fault, ...]:
@@ -84,7 +50,9 @@ def channel_faults(x: Array, rate_hz: float, kind: str = "acc") -> tuple[Fault, 
         found += [offset(x), drift(x)]
     if kind not in ("force", "torque"):
         found.append(spikes(x))
-    return tuple(fault for fault in found if fault is not None)
+    least = MATTERS * float(np.sqrt(np.mean(np.square(x)))) if len(x) else 0.0
+    counted = ("clipping", "dead_tail", "dropout")
+    return tuple(f for f in found if f and (f.name in counted or abs(f.size) >= least))
 
 
 def clipping(x: Array) -> Fault | None:
@@ -224,56 +192,9 @@ def _baseline(x: Array) -> tuple[Array, Array]:
     count = round(2 * SLOW) - 2
     if len(x) < 4 * count:
         return np.zeros(count), np.eye(count, BENDS + 1)
-    tapers = _tapers(len(x), SLOW, count)
+    windows = slepian(len(x), SLOW, count)
     at = np.linspace(-1, 1, len(x))
-    return tapers @ x, tapers @ np.polynomial.legendre.legvander(at, BENDS)
-
-
-def hum(x: Array, rate_hz: float) -> Fault | None:
-    """Return whether a channel carries the mains: Thomson's test for a line at its harmonics.
-
-    Source: Thomson 1982, Proceedings of the IEEE 70, section XIII. The record is tested as a whole
-    and in halves, as a blow in one of them covers the line. Where a rate is too low for the
-    mains the line is looked for where it folds to.
-    """
-    x = np.asarray(x, float)
-    half = len(x) // 2
-    found = [f for part in (x, x[:half], x[half:]) if (f := _line(part, rate_hz)) is not None]
-    if not found:
-        return None
-    _, frequency, amplitude = max(found)
-    words = f"a line of the mains at {frequency:.4g} Hz with amplitude {amplitude:.3g}"
-    return Fault("hum", amplitude, (), words, frequency)
-
-
-def _line(x: Array, rate_hz: float) -> tuple[float, float, float] | None:
-    """Return ratio, frequency [Hz] and amplitude of the strongest line of the mains, or None."""
-    n = len(x)
-    if n < 64 or not np.ptp(x):
-        return None
-    tapers = _tapers(n, BANDWIDTH, TAPERS)
-    fine = 2 ** int(np.ceil(np.log2(4 * n)))
-    spectra = np.fft.rfft(tapers * (x - np.mean(x)), fine, axis=1)
-    weight = tapers.sum(axis=1)
-    mean = weight @ spectra / (weight @ weight)
-    rest = np.sum(np.abs(spectra - weight[:, None] * mean) ** 2, axis=0)
-    ratio = (TAPERS - 1) * np.abs(mean) ** 2 * (weight @ weight) / np.maximum(rest, 1e-300)
-    frequency = np.fft.rfftfreq(fine, 1 / rate_hz)
-    lowest = BANDWIDTH * rate_hz / n
-    best: tuple[float, float, float] | None = None
-    for mains in MAINS_HZ:
-        for order in range(1, HARMONICS + 1):
-            folded = abs((order * mains + rate_hz / 2) % rate_hz - rate_hz / 2)
-            near = np.abs(frequency - folded) <= WANDER * order * mains
-            near &= (frequency > lowest) & (frequency < rate_hz / 2 - lowest)
-            tests = 3 * np.count_nonzero(near) * len(MAINS_HZ) * HARMONICS
-            if not tests:
-                continue
-            k = int(np.argmax(np.where(near, ratio, 0)))
-            limit = stats.f.isf(FALSE_ALARM / tests, 2, 2 * TAPERS - 2)
-            if ratio[k] > limit and (best is None or ratio[k] > best[0]):
-                best = (float(ratio[k]), float(frequency[k]), float(2 * np.abs(mean[k])))
-    return best
+    return windows @ x, windows @ np.polynomial.legendre.legvander(at, BENDS)
 
 
 def quantisation(x: Array) -> Fault | None:
@@ -296,12 +217,6 @@ def quantisation(x: Array) -> Fault | None:
         return None
     words = f"its steps of {step:.3g} are coarser than its noise: {len(levels)} different values"
     return Fault("quantisation", step, (), words)
-
-
-@lru_cache(maxsize=8)
-def _tapers(samples: int, bandwidth: float, count: int) -> Array:
-    """Return Slepian tapers, (count, samples); the channels of a recording share them."""
-    return np.asarray(signal.windows.dpss(samples, bandwidth, count))
 
 
 def _rare(length: int, ties: int, pairs: int) -> bool:

@@ -9,7 +9,8 @@ import numpy as np
 
 from twin.errors import RecordingError
 from twin.recording import Recording
-from twin.signals.channel_faults import Fault, channel_faults
+from twin.signals.channel_faults import channel_faults
+from twin.signals.fault import Fault
 from twin.signals.frf import measured_response
 from twin.signals.pair_faults import PairFault, clock, identical, reversed_polarity
 

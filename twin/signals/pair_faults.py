@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special, stats
 
-from twin.signals.channel_faults import FALSE_ALARM
+from twin.signals.fault import FALSE_ALARM
 from twin.signals.noise_floor import noise_floor
 
 Array = NDArray[np.float64]
