@@ -208,3 +208,14 @@ def test_modes_far_above_the_band_are_left_out_but_not_what_they_do_statically()
     true = whole.state_space().frequency_response(frequency)
     found = short.state_space().frequency_response(frequency)
     assert np.abs(found - true).max() < 1e-3 * np.abs(true).max()
+
+
+def test_what_is_printed_fits_on_a_line_and_names_what_there_is():
+    twin = Twin(mjcf(PLANE, PLANE_REST), "mine.xml")
+    assert repr(twin) == "Twin(mine.xml)"
+    assert repr(Twin.load("two_storey").released()).endswith("two_storey.xml, its ground released)")
+    assert repr(twin.linear(["hit"], ["A1.x"])) == (
+        "LinearModel(3 coordinates, 9 ports; inputs hit; outputs A1.x)"
+    )
+    motion = twin.simulate({"hit": np.zeros(50)}, 100, 50)
+    assert repr(motion).startswith("Motion(0.5 s at 100 Hz: A1.x, A1.y, A1.z, laser.x")

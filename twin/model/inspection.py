@@ -78,6 +78,7 @@ class ModelInspection:
             ],
             "bodies": {name: body.mass for name, body in self.linear.bodies.items()},
             "base": list(self.linear.places("base")),
+            "left_out": self.linear.left_out,
             "modes": [
                 {
                     "frequency_hz": mode.frequency_hz,

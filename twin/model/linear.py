@@ -90,6 +90,11 @@ class LinearModel:
                 raise ValueError(f"{name} has shape {value.shape}, expected {shape}")
         object.__setattr__(self, "rest", frozen(self.rest, float))
 
+    def __repr__(self) -> str:
+        ends = (", ".join(names) or "none" for names in (self.inputs, self.outputs))
+        size = f"{len(self.coordinates)} coordinates, {len(self.ports)} ports"
+        return f"LinearModel({size}; inputs {next(ends)}; outputs {next(ends)})"
+
     def port(self, name: str) -> Array:
         """Return the row of a port, (n,); "A-B" is the relative motion of two ports.
 
@@ -227,25 +232,9 @@ class LinearModel:
 
     def _grown(self, name: str) -> LinearModel:
         """Return the model with one more coordinate that nothing holds, moves or sees yet."""
-        T = np.eye(len(self.coordinates), len(self.coordinates) + 1)
-
-        def wide(matrix: Array) -> Array:
-            return np.pad(matrix, [(0, 0)] * (matrix.ndim - 1) + [(0, 1)])
-
-        matrices: dict[str, Any] = {
-            **{key: np.pad(getattr(self, key), (0, 1)) for key in ("M", "R", "K")},
-            **{key: wide(getattr(self, key)) for key in ("Cd", "Cv", "Ca")},
-        }
-        return replace(
-            self,
-            **matrices,
-            B=np.pad(self.B, ((0, 1), (0, 0))),
-            ports={key: replace(p, row=wide(p.row)) for key, p in self.ports.items()},
-            bodies={key: body.within(T) for key, body in self.bodies.items()},
-            sites={key: site.within(T) for key, site in self.sites.items()},
-            base={key: replace(b, row=wide(b.row)) for key, b in self.base.items()},
-            coordinates=(*self.coordinates, name),
-        )
+        n = len(self.coordinates)
+        grown = self.within(np.eye(n, n + 1), self.left_out)
+        return replace(grown, coordinates=(*self.coordinates, name))
 
     def _shaken(self, inertia: Array, direction: Array) -> LinearModel:
         """Return the model with the inertia force of a shaken ground on a new coordinate."""

@@ -49,6 +49,10 @@ class Motion:
     qpos: Array
     model: mujoco.MjModel
 
+    def __repr__(self) -> str:
+        seconds = self.samples / self.rate_hz
+        return f"Motion({seconds:.4g} s at {self.rate_hz:g} Hz: {', '.join(self.columns)})"
+
     def __post_init__(self) -> None:
         columns = {name: frozen(values, float) for name, values in self.columns.items()}
         object.__setattr__(self, "columns", columns)
@@ -91,6 +95,11 @@ class Twin(Presentable):
     source: str = "model"
     clamped: bool = True
     mechanisms: tuple[Mechanism, ...] = ()
+
+    def __repr__(self) -> str:
+        found = (f"{m.name} at {m.place}" for m in self.mechanisms)
+        extra = ["" if self.clamped else "its ground released", *found]
+        return f"Twin({', '.join([self.source, *filter(None, extra)])})"
 
     def __post_init__(self) -> None:
         compiling.as_written(self.mjcf, self.source)
