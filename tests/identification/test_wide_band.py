@@ -83,3 +83,21 @@ def test_progress_is_told(monkeypatch):
     identify([recording(1)], band_hz=(40, 300), progress=lambda *step: told.append(step))
     assert {what for what, _, _ in told} == {"least-squares complex frequency", "refining"}
     assert all(1 <= step <= steps for _, step, steps in told)
+
+
+def test_poles_that_share_a_bandwidth_and_a_shape_are_listed_as_one(monkeypatch):
+    """A damping that falls as the motion dies away takes more than one pole and is one mode."""
+    monkeypatch.setattr(wide_result, "DATA", 1000)
+    u, _ = record(0, 8192, 0.0, 0)
+    t = np.arange(8192) / RATE
+    start = 42 / RATE
+    after = np.maximum(t - start, 0)
+    decay = np.exp(-3 * after) + 0.5 * np.exp(-1.2 * after)
+    y = np.where(t >= start, decay * np.sin(2 * np.pi * 300 * (t - start)), 0)
+    y += 0.002 * np.random.default_rng(1).standard_normal(len(t))
+    hit = Recording.build(RATE, {"force_floor1": u[:, 0], "acc_floor1": y}, source="hit")
+    found = identify([hit], band_hz=(40, 700))
+    assert len(found.modal.natural_freq) == 1
+    assert found.modal.natural_freq[0] == pytest.approx(300, rel=1e-3)
+    assert 1.2 < 2 * np.pi * 300 * found.modal.damping_ratio[0] < 3.3
+    assert found.nrmse < 0.05

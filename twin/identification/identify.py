@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from twin.errors import IdentificationError
 from twin.identification.choice import believable_fits
 from twin.identification.discrete import predict, realize
+from twin.identification.doubts import UNEXPLAINED, doubts_of_data, doubts_of_fit
 from twin.identification.maximum_likelihood import ModalFit
 from twin.identification.proportional_damping import proportional_damping
 from twin.identification.records import Records, prepare
@@ -59,9 +61,12 @@ def identify(
     """
     try:
         records = prepare(recordings, inputs, outputs)
-        if order is None and p is None and is_wide(records, band_hz):
-            return identify_wide(records, band_hz, progress)
-        return _identify(records, order, p, band_hz)
+        found = _best(records, order, p, band_hz, progress)
+        fit = found.fit
+        band = (fit.w_min / (2 * np.pi), fit.w_max / (2 * np.pi)) if fit else (0.0, np.inf)
+        first = doubts_of_fit(found.nrmse, band)
+        first += doubts_of_data(recordings, records.inputs, records.outputs)
+        return replace(found, notes=(*first, *found.notes))
     except np.linalg.LinAlgError as error:
         raise IdentificationError(
             f"{recordings[0].source}: the numerical solution failed ({error}); look for outliers"
@@ -71,6 +76,43 @@ def identify(
         if source in str(error):
             raise
         raise IdentificationError(f"{source}: {error}") from None
+
+
+def _best(
+    records: Records,
+    order: int | None,
+    p: int | None,
+    band_hz: tuple[float, float] | None,
+    progress: Progress | None,
+) -> Identification:
+    """Take the route that suits the records, and the other where that one finds no structure."""
+    by_hand = order is not None or p is not None
+    if not by_hand and is_wide(records, band_hz):
+        return identify_wide(records, band_hz, progress)
+    try:
+        found = _identify(records, order, p, band_hz)
+    except IdentificationError:
+        if by_hand:
+            raise
+        return identify_wide(records, band_hz, progress)
+    if by_hand or _sound(found):
+        return found
+    try:
+        other = identify_wide(records, band_hz, progress)
+    except IdentificationError:
+        return found
+    return found if _possible(found) and found.nrmse <= other.nrmse else other
+
+
+def _possible(found: Identification) -> bool:
+    """Whether every mode loses energy and is known better than it is large."""
+    std = found.modal.damping_ratio_std
+    assert std is not None
+    return bool(np.all(found.modal.damping_ratio > 0) and np.all(std < found.modal.damping_ratio))
+
+
+def _sound(found: Identification) -> bool:
+    return _possible(found) and found.nrmse < UNEXPLAINED
 
 
 def _identify(

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
 
 from twin.errors import IdentificationError
 from twin.identification.separable import Drive, Terms, project, solve, start_drive
@@ -27,11 +28,17 @@ LEAST_LINES = 24
 NEIGHBOURS = 2
 """Modes beyond either end that a segment's model has too."""
 
+ADDITIONS = 3
+"""Modes that may be added to a segment."""
+
+FIRST_STEPS = 5
+"""Gauss-Newton steps of the first sweep, which only has to tell modes from mere poles."""
+
 ROUNDS = 2
 """Times the noise level of a segment is estimated anew."""
 
 TOLERANCE = 1e-5
-MOST_STEPS = 12
+MOST_STEPS = 8
 """When the Gauss-Newton iteration of a segment ends: at a relative fall of the cost far below one
 unit of a likelihood's logarithm in a thousand lines, or after so many steps."""
 
@@ -99,11 +106,11 @@ def level_weights(error: ComplexArray, power: Array) -> Array:
     return np.broadcast_to(1 / np.sqrt(variance), error.shape)
 
 
-def refine_segment(drive: Drive, segment: Segment, terms: Terms, prune: bool) -> Drive:
+def refine_segment(drive: Drive, segment: Segment, terms: Terms, last: bool) -> Drive:
     """Fit the modes of one segment, neighbours included, and drop those that pay for nothing.
 
     A mode goes where the rise of the cost without it is less than the Bayesian information
-    criterion charges for its unknowns, and where it repeats another.
+    criterion charges for its unknowns. The last time, modes that the residual asks for come in.
 
     Returns:
         The refined modes that began inside the segment.
@@ -113,8 +120,7 @@ def refine_segment(drive: Drive, segment: Segment, terms: Terms, prune: bool) ->
     position = np.flatnonzero(inside[order])
     if not len(position):
         return drive.without(np.arange(len(drive.omega)))
-    first, last = max(position[0] - NEIGHBOURS, 0), position[-1] + NEIGHBOURS + 1
-    members = order[first:last]
+    members = order[max(position[0] - NEIGHBOURS, 0) : position[-1] + NEIGHBOURS + 1]
     own = Terms(
         tuple(segment.part(s) for s in terms.spectra), terms.hold, terms.powers, terms.w_max
     )
@@ -123,13 +129,14 @@ def refine_segment(drive: Drive, segment: Segment, terms: Terms, prune: bool) ->
     weight = level_weights(own.Y, floor)
     mine = inside[members]
     own_low, own_high = (min(s.omega[0] for s in terms.spectra), terms.w_max)
-    for _ in range(ROUNDS):
-        here, done = solve(here, own, weight, TOLERANCE, MOST_STEPS)
+    steps = MOST_STEPS if last else FIRST_STEPS
+    for _ in range(ROUNDS if last else 1):
+        here, done = solve(here, own, weight, TOLERANCE, steps)
         weight = level_weights(done.error, floor)
-    while prune and mine.any():
+    while mine.any():
         done = project(here, own, weight, derivative=False)
         assert done.loss is not None
-        price = np.log(2 * own.Y.size) * 2 * (own.Y.shape[1] + here.v.shape[1])
+        price = np.log(2 * own.Y.size) * _unknowns_of_mode(own)
         outside = (here.omega < own_low) | (here.omega > own_high)
         loss = np.where((here.zeta > BROAD) | outside, 0, done.loss)
         cheap = np.flatnonzero(mine & (loss < price))
@@ -140,34 +147,86 @@ def refine_segment(drive: Drive, segment: Segment, terms: Terms, prune: bool) ->
         here, mine = here.without(gone), np.delete(mine, gone)
         if not len(here.omega):
             break
-        here, done = solve(here, own, weight, TOLERANCE, MOST_STEPS)
+        here, done = solve(here, own, weight, TOLERANCE, steps)
         weight = level_weights(done.error, floor)
+    if last and len(here.omega):
+        here, mine = _with_what_is_missing(here, mine, segment, own, floor)
     return Drive(here.omega[mine], here.zeta[mine], here.v[mine], here.anchor[mine])
 
 
-def repeated(drive: Drive, psi: ComplexArray, loss: Array) -> NDArray[np.bool_]:
-    """Return which modes repeat a stronger one of the same shape within one bandwidth.
+def _with_what_is_missing(
+    drive: Drive, mine: NDArray[np.bool_], segment: Segment, own: Terms, floor: Array
+) -> tuple[Drive, NDArray[np.bool_]]:
+    """Add the mode that the residual asks for most, as long as it pays for its unknowns."""
+    done = project(drive, own, level_weights(own.Y, floor), derivative=False)
+    for _ in range(ADDITIONS):
+        weight = level_weights(done.error, floor)
+        done = project(drive, own, weight, derivative=False)
+        weight = level_weights(done.error, floor)
+        pole = _loudest(done.error * weight, segment, own)
+        if pole is None:
+            break
+        asked = replace(own, spectra=_with_outputs(own, done.error), powers=())
+        one = start_drive(np.array([pole]), asked, np.ones((len(weight), 1)))
+        tried = Drive(
+            np.append(drive.omega, one.omega),
+            np.append(drive.zeta, one.zeta),
+            np.vstack([drive.v, one.v]),
+            np.append(drive.anchor, one.anchor),
+        )
+        tried, better = solve(tried, own, weight, TOLERANCE, MOST_STEPS)
+        levels = [np.maximum(np.mean(np.abs(d.error) ** 2, axis=0), floor) for d in (done, better)]
+        gain = 2 * len(own.Y) * float(np.sum(np.log(levels[0] / levels[1])))
+        sound = segment.holds(tried.omega[-1:])[0] and tried.zeta[-1] < BROAD
+        if gain < np.log(2 * own.Y.size) * _unknowns_of_mode(own) or not sound:
+            break
+        drive, done, mine = tried, better, np.append(mine, True)
+    return drive, mine
 
-    A structure that softens with amplitude shows as two modes within one bandwidth.
+
+def _loudest(white: ComplexArray, segment: Segment, own: Terms) -> complex | None:
+    """Return a pole at the line where the residual is loudest, or None where that is chance."""
+    power = np.sum(np.abs(white) ** 2, axis=1)
+    at = int(np.argmax(power))
+    omega = np.concatenate([s.omega for s in own.spectra])
+    # Of N lines of exponential power the largest exceeds log N + c with probability e^-c.
+    if not segment.holds(omega[at : at + 1])[0]:
+        return None
+    if power[at] < white.shape[1] + np.log(len(power)) + 3 * np.sqrt(white.shape[1]):
+        return None
+    resolution = float(np.median(np.diff(own.spectra[0].omega)))
+    return complex(-2 * resolution, omega[at])
+
+
+def _with_outputs(own: Terms, Y: ComplexArray) -> tuple[Spectrum, ...]:
+    return tuple(
+        replace(s, Y=Y[rows], edge=0) for s, rows in zip(own.spectra, own.rows, strict=True)
+    )
+
+
+def _unknowns_of_mode(own: Terms) -> int:
+    """Real unknowns of one more mode: pole, drive less its scale, and shape."""
+    return 2 * (own.Y.shape[1] + own.drives)
+
+
+def families(drive: Drive, psi: ComplexArray) -> list[NDArray[np.intp]]:
+    """Gather modes of the same shape within one bandwidth of each other.
+
+    A mode whose frequency or damping depends on amplitude shows as several of them.
     """
-    found = np.zeros(len(drive.omega), bool)
-    alike = mac(psi, psi) > SAME_SHAPE
+    n = len(drive.omega)
     width = drive.zeta * drive.omega
-    for i, j in np.argwhere(np.triu(alike, 1)):
-        if abs(drive.omega[i] - drive.omega[j]) < width[i] + width[j]:
-            found[i if loss[i] < loss[j] else j] = True
-    return found
-
-
-def _unknowns_of_mode(drive: Drive, terms: Terms) -> int:
-    return 2 * (terms.Y.shape[1] + drive.v.shape[1])
+    near = np.abs(drive.omega[:, None] - drive.omega) < width[:, None] + width
+    alike = near & (mac(psi, psi) > SAME_SHAPE)
+    _, label = connected_components(alike | np.eye(n, dtype=bool))
+    return [np.flatnonzero(label == k) for k in range(label.max() + 1)]
 
 
 def refine(
     drive: Drive,
     terms: Terms,
     parts: list[Segment],
-    prune: bool,
+    last: bool,
     progress: Progress | None = None,
 ) -> Drive:
     """Refine every segment once and gather the modes."""
@@ -176,7 +235,7 @@ def refine(
         if progress:
             progress("refining", index + 1, len(parts))
         try:
-            gathered.append(refine_segment(drive, segment, terms, prune))
+            gathered.append(refine_segment(drive, segment, terms, last))
         except (IdentificationError, np.linalg.LinAlgError):
             gathered.append(drive.without(np.flatnonzero(~segment.holds(drive.omega))))
     return joined(gathered)

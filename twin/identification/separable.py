@@ -106,7 +106,7 @@ class Terms:
         """Regressors of the direct terms and the free ends, (lines, columns)."""
         U = np.vstack([s.U for s in self.spectra])
         ratio = np.concatenate([s.omega for s in self.spectra])[:, None] / self.w_max
-        columns = [U * ratio**power for power in self.powers]
+        columns = [np.zeros((len(U), 0)), *(U * ratio**power for power in self.powers)]
         for s, at in zip(self.spectra, self.rows, strict=True):
             if s.edge:
                 ends = np.zeros((len(U), 2 * s.edge), complex)

@@ -9,7 +9,7 @@ covariance of poles follows from the Fisher information.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,13 +23,13 @@ from twin.identification.modal_response import Hold, ModalParameters
 from twin.identification.segments import (
     Progress,
     Segment,
+    families,
     level_weights,
     refine,
-    repeated,
     segments,
     starting_drive,
 )
-from twin.identification.separable import Drive, Projected, Terms, project
+from twin.identification.separable import Drive, Projected, Terms, project, solve
 from twin.identification.spectra import Spectrum
 from twin.identification.stabilisation import StablePole
 
@@ -49,8 +49,14 @@ STEADY = 0.4
 LINES_A_POLE = 6
 """Lines for each pole of the highest order, at least."""
 
+DECISIVE = 20.0
+"""Difference in BIC below which records do not tell how the input behaves between samples."""
+
 LINES_IN_PART = 1500
 """Lines of a part of the band that gets a stabilisation diagram of its own, at most."""
+
+REACH = 5.0
+"""Half bandwidths to either side in which one mode is fitted to a family of them."""
 
 MARGIN = 0.1
 """By how much of its width such a part overlaps its neighbours."""
@@ -63,13 +69,20 @@ class WideFit:
     Attributes:
         fit: the modal fit, companions included.
         diagram: the stabilisation diagram.
-        companion: which of the fit's modes only stand beside a stronger one of the same shape
-            within its bandwidth, (modes,).
+        families: indices of modes of one shape within one bandwidth; one of them stands for all.
+        leader: the index of the one that does, of every family.
+        omega: its angular frequency, or that of one mode fitted to the family's response [rad/s].
+        zeta: its damping ratio, likewise.
+        std: standard deviations of frequency [Hz] and damping ratio, (2, families).
     """
 
     fit: ModalFit
     diagram: tuple[StablePole, ...]
-    companion: NDArray[np.bool_]
+    families: list[NDArray[np.intp]]
+    leader: NDArray[np.intp]
+    omega: Array
+    zeta: Array
+    std: Array
 
 
 def starting_poles(
@@ -108,12 +121,15 @@ def starting_poles(
 
 def fit_wide(
     spectra: Sequence[Spectrum],
-    hold: Hold,
+    hold: Hold | None,
     poles: ComplexArray,
     found: tuple[StablePole, ...],
     progress: Progress | None = None,
 ) -> WideFit:
     """Refine poles segment by segment, drop what does not pay, and solve for all residues.
+
+    Without a given behaviour of the input between samples, the one is taken that the evidence of
+    the first sweep's poles decides for; a band-limited input where it does not.
 
     Raises:
         IdentificationError: no pole to start from, or none left.
@@ -125,18 +141,75 @@ def fit_wide(
         )
     w_max = max(float(s.omega[-1]) for s in spectra)
     w_min = min(float(s.omega[0]) for s in spectra)
-    terms = Terms(tuple(spectra), hold, POWERS, w_max)
+    terms = Terms(tuple(spectra), hold or "band-limited", POWERS, w_max)
     resolution = float(np.median(np.diff(spectra[0].omega)))
     drive = starting_drive(poles, terms)
-    for _ in range(SWEEPS):
+    for sweep in range(SWEEPS):
         parts = segments(drive.omega, w_min, w_max, resolution)
-        drive = refine(drive, terms, parts, True, progress)
+        drive = refine(drive, terms, parts, sweep == SWEEPS - 1, progress)
         if not len(drive.omega):
             raise IdentificationError("no mode pays for its unknowns: the outputs hold noise only")
+        if hold is None and sweep == 0:
+            drive, terms = _likelier_hold(drive, terms, parts)
     drive, done, weight = _settled(drive, terms, parts)
     fit = _as_fit(drive, done, terms, weight, w_min)
     assert done.loss is not None
-    return WideFit(fit, found, repeated(drive, done.psi, done.loss))
+    return _named(fit, found, families(drive, done.psi), done.loss)
+
+
+def _named(
+    fit: ModalFit,
+    found: tuple[StablePole, ...],
+    kin: list[NDArray[np.intp]],
+    loss: Array,
+) -> WideFit:
+    """Let one mode stand for each family."""
+    p = fit.parameters
+    leader = np.array([k[np.argmax(loss[k])] for k in kin])
+    omega, zeta = p.omega[leader].copy(), p.zeta[leader].copy()
+    std = np.array(fit.modal_std())[:, leader]
+    for index, members in enumerate(kin):
+        if len(members) > 1:
+            alone = _as_one(fit, members, leader[index])
+            # The family's poles are exchangeable: how far they are apart is what is not known.
+            spread = abs(alone[0] - omega[index]) / (2 * np.pi), abs(alone[1] - zeta[index])
+            omega[index], zeta[index] = alone
+            std[:, index] = np.maximum(
+                spread, np.array(fit.modal_std(bound=True))[:, leader[index]]
+            )
+    return WideFit(fit, found, kin, leader, omega, zeta, std)
+
+
+def _as_one(fit: ModalFit, members: NDArray[np.intp], leader: int) -> tuple[float, float]:
+    """Fit one mode to the response that a family has together, where its own bandwidth is."""
+    p = fit.parameters
+    centre = float(p.omega[leader])
+    reach = REACH * float(np.max(p.zeta[members] * p.omega[members]))
+    reach = max(reach, 2 * float(np.ptp(p.omega[members])))
+    omega = np.linspace(centre - reach, centre + reach, 201)
+    residue = p.psi[:, members] * np.sum(p.participation[members], axis=1)
+    Y = (1 / (1j * omega[:, None] - p.poles[members])) @ residue.T
+    s = Spectrum(omega, np.ones((len(omega), 1), complex), Y, 1, 1.0, transient=False)
+    terms = Terms((s,), "band-limited", (0,), float(omega[-1]))
+    one = Drive(
+        p.omega[[leader]], p.zeta[[leader]], np.ones((1, 1), complex), np.zeros(1, np.int64)
+    )
+    one, _ = solve(one, terms, np.ones(Y.shape), 1e-6, 20)
+    return float(one.omega[0]), float(one.zeta[0])
+
+
+def _likelier_hold(drive: Drive, terms: Terms, parts: list[Segment]) -> tuple[Drive, Terms]:
+    """Return drive and terms for the behaviour between samples under which less is left over."""
+    held = replace(terms, hold="held")
+    other = starting_drive(drive.poles, held)
+    likelihood = []
+    for d, t in ((drive, terms), (other, held)):
+        weight = np.ones(t.Y.shape)
+        for _ in range(2):
+            done = project(d, t, weight, derivative=False)
+            weight = segment_weights(done.error, t, parts)
+        likelihood.append(2 * float(np.sum(np.log(weight))))
+    return (other, held) if likelihood[1] > likelihood[0] + DECISIVE / 2 else (drive, terms)
 
 
 def _settled(drive: Drive, terms: Terms, parts: list[Segment]) -> tuple[Drive, Projected, Array]:
@@ -223,18 +296,3 @@ def misfits(drive: Drive, done: Projected, terms: Terms, weight: Array) -> Array
         if excess > 1 + 3.5 / np.sqrt(lines):
             found[i] = np.sqrt(excess)
     return found
-
-
-def other_hold(found: WideFit, spectra: Sequence[Spectrum], hold: Hold) -> WideFit:
-    """Return the same poles with residues solved for another behaviour between samples."""
-    fit = found.fit
-    terms = Terms(tuple(spectra), hold, POWERS, fit.w_max)
-    resolution = float(np.median(np.diff(spectra[0].omega)))
-    drive = starting_drive(fit.parameters.poles, terms)
-    parts = segments(drive.omega, fit.w_min, fit.w_max, resolution)
-    drive, done, weight = _settled(drive, terms, parts)
-    return WideFit(
-        _as_fit(drive, done, terms, weight, fit.w_min),
-        found.diagram,
-        np.zeros(len(drive.omega), bool),
-    )

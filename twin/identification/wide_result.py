@@ -12,17 +12,11 @@ from twin.identification.records import Records
 from twin.identification.result import Identification
 from twin.identification.second_order import second_order_from_poles
 from twin.identification.segments import Progress
-from twin.identification.wide_band import WideFit, fit_wide, other_hold, starting_poles
+from twin.identification.wide_band import WideFit, fit_wide, starting_poles
 from twin.modal import ModalModel
 
 DATA = 8_000
 """Complex data in the band beyond which the exact fit of all modes at once takes minutes."""
-
-DECISIVE = 20.0
-"""Difference in BIC below which records do not tell how the input behaves between samples."""
-
-UNEXPLAINED = 0.1
-"""Share of the outputs' RMS left over from which the result starts with a warning."""
 
 
 def is_wide(records: Records, band_hz: tuple[float, float] | None) -> bool:
@@ -40,32 +34,42 @@ def identify_wide(
     """
     spectra = records.wide_spectra(band_hz)
     poles, diagram = starting_poles(spectra, progress)
-    found = fit_wide(spectra, "band-limited", poles, diagram, progress)
-    held = other_hold(found, spectra, "held")
-    if held.fit.bic < found.fit.bic - DECISIVE:
-        found = fit_wide(spectra, "held", held.fit.parameters.poles, diagram, progress)
-    return _result(records, found)
+    return _result(records, fit_wide(spectra, None, poles, diagram, progress))
 
 
 def _result(records: Records, found: WideFit) -> Identification:
     fit = found.fit
     p = fit.parameters
-    own = np.flatnonzero(~found.companion)
-    freq = p.omega / (2 * np.pi)
-    rank = own[np.argsort(freq[own])]
-    freq_std, damping_std = fit.modal_std()
-    freq_bound, damping_bound = fit.modal_std(bound=True)
+    several_poles = np.array([len(members) > 1 for members in found.families])
+    known = several_poles | (1.96 * found.std[1] < found.zeta)
+    if not known.any():
+        raise IdentificationError(
+            "no mode is known well enough to be named: every damping ratio's interval holds zero"
+        )
+    listed = np.flatnonzero(known)
+    listed = listed[np.argsort(found.omega[listed])]
+    rank = found.leader[listed]
+    freq, zeta = found.omega[listed] / (2 * np.pi), found.zeta[listed]
+    freq_std, damping_std = found.std[:, listed]
+    freq_bound, damping_bound = (bound[rank] for bound in fit.modal_std(bound=True))
     predicted = tuple(predict(fit, u, y, records.dt) for u, y in records.pairs)
     notes = list(records.notes)
     alpha = beta = None
     if len(rank) >= 2:
-        alpha, beta = proportional_damping(freq[rank], p.zeta[rank])
-    if found.companion.any():
-        at = ", ".join(f"{f:.5g}" for f in np.sort(freq[found.companion]))
+        alpha, beta = proportional_damping(freq, zeta)
+    several = [k for k in listed if len(found.families[k]) > 1]
+    if several:
+        at = ", ".join(f"{found.omega[k] / (2 * np.pi):.5g}" for k in several)
         notes.append(
-            f"at {at} Hz a second pole stands within a mode's bandwidth, with its shape: a mode "
-            "whose frequency or damping depends on amplitude, or a pair that these sensors do not "
-            "separate; it is part of the model, not of the list"
+            f"at {at} Hz several poles of one shape share a bandwidth: a mode whose frequency or "
+            "damping depends on amplitude, or a pair that these sensors do not separate; the list "
+            "holds one mode that answers as they do together, the model all of them"
+        )
+    if not known.all():
+        at = ", ".join(f"{f / (2 * np.pi):.5g}" for f in np.sort(found.omega[~known]))
+        notes.append(
+            f"poles at {at} Hz improve the fit, but the interval of their damping holds zero: they "
+            "are part of the model, not of the list"
         )
     second_order = None
     if len(p.omega) == len(rank):
@@ -82,8 +86,7 @@ def _result(records: Records, found: WideFit) -> Identification:
     notes.append("G: this route has no observer")
     result = Identification(
         modal=ModalModel(
-            freq[rank], p.zeta[rank], p.psi[:, rank], records.outputs, freq_std[rank],
-            damping_std[rank],
+            freq, zeta, p.psi[:, rank], records.outputs, freq_std, damping_std
         ),
         state_space=model,
         singular_values=np.zeros(0),
@@ -102,8 +105,8 @@ def _result(records: Records, found: WideFit) -> Identification:
         predicted=predicted,
         diagram=found.diagram,
         fit=fit,
-        natural_freq_bound=freq_bound[rank],
-        damping_ratio_bound=damping_bound[rank],
+        natural_freq_bound=freq_bound,
+        damping_ratio_bound=damping_bound,
         notes=tuple(notes),
     )  # fmt: skip
     return result
