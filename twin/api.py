@@ -23,7 +23,7 @@ Recorded = Recording | str | Path
 
 
 def read(
-    path: str | Path,
+    path: str | Path | Sequence[Mapping[str, Any]],
     channel_map: Mapping[str, str] | None = None,
     rate_hz: float | None = None,
 ) -> Recording:
@@ -38,13 +38,17 @@ def read(
       A3 [m/s^2]  output, RMS 3.165
 
     Args:
-        path: the file; its suffix says the format.
+        path: the file, whose suffix says the format; or SEP 005 time series, a dictionary each.
         channel_map: {column: "channel [unit]"} for columns that do not say it themselves.
         rate_hz: sampling rate of a file without time [Hz].
 
     Raises:
         TwinError: one line that names the file, row and column, and what to do.
     """
+    if not isinstance(path, str | Path):
+        from twin.formats.sep005 import from_sep005
+
+        return from_sep005(path, channel_map)
     from twin.formats import read_recording
 
     return read_recording(path, channel_map, rate_hz)
