@@ -13,10 +13,22 @@ from twin.estimation.likelihood import Model, Value, evaluate
 
 Array = NDArray[np.float64]
 Code = Literal["converged", "stopped", "ran away"]
+"""How a fit ended: no step promises anything more; its steps were used up, or none climbed; or
+it was still climbing ``FARTHEST`` deviations away from the prior."""
 
 ENOUGH = 0.01
 """Gain in log posterior [nat] below which a step is not worth another: evidences are compared to
 tenths of a nat."""
+
+LONGEST = 3.0
+"""Farthest step of a positive unknown's logarithm (a factor of twenty), and of others in prior
+deviations: what lies beyond, the slopes here know nothing of."""
+
+FARTHEST = 8.0
+"""Prior deviations beyond which a fit that has not converged ran away: by chance, one in 10^15."""
+
+TOLD = 0.9
+"""Posterior over prior variance above which the recordings say nothing of an unknown."""
 
 TRIES = 8
 """Steps that may fail to climb, each damped ten times more, before a fit rests where it is."""
@@ -53,6 +65,13 @@ class Fit:
         return {unknown.name: unknown.value(float(z)) for unknown, z in pairs}
 
     @property
+    def untold(self) -> tuple[str, ...]:
+        """Unknowns that the recordings say nothing of: the posterior is the prior."""
+        variances = np.diag(self.covariance)
+        names = [unknown.name for unknown in self.model.unknowns]
+        return tuple(n for n, v in zip(names, variances, strict=True) if v > TOLD)
+
+    @property
     def deviations(self) -> dict[str, float]:
         """Standard deviation of each unknown, to first order."""
         out = {}
@@ -87,29 +106,27 @@ def fit(
     p = len(model.unknowns)
     z = np.zeros(p) if start is None else np.asarray(start, float).copy()
     moving = np.ones(p, bool) if free is None else free
-    here = evaluate(model, z)
+    with np.errstate(all="ignore"):
+        here = evaluate(model, z)
+    if not np.all(np.isfinite(here.information)):
+        raise ValueError("the model runs away where the fit begins")
     score = here.log_likelihood - 0.5 * float(z @ z)
     damping, step = 0.0, 0
     code: Code = "stopped"
     for step in range(1, most + 1):
         watch(step, score)
-        H = here.information + np.eye(p)
+        H = _hessian(here, moving)
         g = np.where(moving, here.gradient - z, 0.0)
-        Hm = np.where(np.outer(moving, moving), H, np.eye(p))
         moved = None
         for _ in range(TRIES):
-            damped = Hm + damping * np.diag(np.diag(Hm))
-            delta = np.linalg.solve(damped, g)
-            promise = float(g @ delta - 0.5 * delta @ Hm @ delta)
+            delta = np.asarray(np.linalg.solve(H + damping * np.diag(np.diag(H)), g))
+            promise = float(g @ delta - 0.5 * delta @ H @ delta)
             if promise < ENOUGH:
                 break
-            found = _try(model, z + delta)
-            if found is not None:
-                value = found.log_likelihood - 0.5 * float((z + delta) @ (z + delta))
-                if value > score:
-                    moved = found, value, z + delta
-                    damping = damping / 10 if damping > 1e-6 else 0.0
-                    break
+            moved = _try(model, z, _within_reach(model, delta), score)
+            if moved is not None:
+                damping = damping / 10 if damping > 1e-6 else 0.0
+                break
             damping = max(10 * damping, 1e-3)
         if promise < ENOUGH:
             code = "converged"
@@ -123,20 +140,44 @@ def fit(
             break
         if score + 10 * max(gained, promise) < hopeless:
             break
-    H = here.information + np.eye(p)
-    H = np.where(np.outer(moving, moving), H, np.eye(p))
-    sign, log_det = np.linalg.slogdet(H)
+    H = _hessian(here, moving)
+    if code == "stopped" and np.max(np.abs(z[moving]), initial=0.0) > FARTHEST:
+        code = "ran away"
     return Fit(
         model, z, np.asarray(np.linalg.inv(H)), here.log_likelihood, score,
-        score - 0.5 * float(log_det), code if sign > 0 else "ran away", step,
+        score - 0.5 * float(np.linalg.slogdet(H)[1]), code, step,
     )  # fmt: skip
 
 
-def _try(model: Model, z: Array) -> Value | None:
+def _hessian(here: Value, moving: NDArray[np.bool_]) -> Array:
+    """Return minus the log posterior's second derivatives (Gauss-Newton); 1 for what is held."""
+    H = here.information + np.eye(len(moving))
+    return np.where(np.outer(moving, moving), H, np.eye(len(moving)))
+
+
+def _within_reach(model: Model, delta: Array) -> Array:
+    """Return a step of which no unknown goes too far, and noise levels go as their own score says.
+
+    A level s that should be s' has the step log s'/s = (s'^2/s^2 - 1) / 2 by Gauss and Newton,
+    which is never below -1/2; the s' that they mean is one logarithm away.
+    """
+    out = delta.copy()
+    for i, unknown in enumerate(model.unknowns):
+        if unknown.role == "noise" and unknown.log:
+            change = unknown.deviation * delta[i]
+            out[i] = 0.5 * np.log(max(1 + 2 * change, np.exp(-2 * LONGEST))) / unknown.deviation
+    reach = np.array([LONGEST / u.deviation if u.log else LONGEST for u in model.unknowns])
+    return out / max(1.0, float(np.max(np.abs(out) / reach)))
+
+
+def _try(model: Model, z: Array, delta: Array, score: float) -> tuple[Value, float, Array] | None:
+    """Return the model after a step, its log posterior and place; None where that does not rise."""
     try:
         # a step may lead anywhere; where nothing is finite it is not taken
         with np.errstate(all="ignore"):
-            found = evaluate(model, z)
+            found = evaluate(model, z + delta)
     except (ValueError, np.linalg.LinAlgError):
         return None
-    return found if np.isfinite(found.log_likelihood) else None
+    value = found.log_likelihood - 0.5 * float((z + delta) @ (z + delta))
+    rises = value > score and bool(np.all(np.isfinite(found.information)))
+    return (found, value, z + delta) if rises else None

@@ -1,0 +1,95 @@
+import numpy as np
+import pytest
+from estimation_support import BUMPER, CUBIC, FRICTION, NUMBERS, RATE_HZ, SLIP, TwoMasses, shaken
+from scipy.integrate import solve_ivp
+
+from twin.estimation.kalman import gains
+from twin.estimation.laws import memory_along
+from twin.estimation.likelihood import Trial, evaluate, open_loop, run
+from twin.estimation.system import sampled
+
+PORTS = ((1.0, 0.0),)
+
+
+def passed(laws, ports, trial, steps, listening):
+    model = TwoMasses((trial,), laws, ports, steps=steps)
+    here = model.assemble(np.zeros(len(model.unknowns)))
+    plant = sampled(here.systems[0], trial.step_s, steps, here.held)
+    gain = gains(plant, here.noises[0])
+    return run(here, trial, plant, gain if listening else open_loop(gain)), here
+
+
+@pytest.mark.parametrize(("law", "steps", "error"), [
+    (CUBIC, 2, 2e-2), (CUBIC, 8, 1.5e-3), (FRICTION, 4, 5e-3), (BUMPER, 4, 1e-2), (SLIP, 4, 1e-2),
+])  # fmt: skip
+def test_laws_step_as_their_differential_equation(law, steps, error):
+    samples = 150
+    trial = shaken(samples, 21, (), ())
+    found, here = passed((law,), PORTS, trial, steps, listening=False)
+    system, times = here.systems[0], np.arange(samples) / RATE_HZ
+    numbers = NUMBERS[law]
+
+    def slope(t, state):
+        x, z = state[:4], state[4]
+        u = np.interp(t, times, trial.u[:, 0])
+        d, v = (system.drift @ x)[0], (system.rate @ x)[0]
+        f = law.force(d, v, z, t, *numbers)
+        flow = 0.0
+        if law.flow is not None:
+            k, limit = numbers
+            flow = k * v if abs(z) < limit or z * v < 0 else 0.0
+        return np.append(system.A @ x + system.B[:, 0] * u + system.E[:, 0] * f, flow)
+
+    expected = solve_ivp(slope, (0, times[-1]), np.zeros(5), t_eval=times, rtol=1e-8, atol=1e-10,
+                         max_step=1 / RATE_HZ / 4).y[:4].T  # fmt: skip
+    drift = expected @ system.drift[0]
+    worst = np.sqrt(np.mean((found.x @ system.drift[0] - drift) ** 2) / np.mean(drift**2))
+    assert worst < error
+
+
+@pytest.mark.parametrize("listening", [False, True])
+@pytest.mark.parametrize("law", [FRICTION, BUMPER])
+def test_finer_steps_converge_in_open_and_in_closed_loop(law, listening):
+    trial = shaken(400, 22, (law,), PORTS)
+    runs = [passed((law,), PORTS, trial, steps, listening)[0].e for steps in (2, 8, 32, 128)]
+    size = np.sqrt(np.mean(runs[-1] ** 2)) if listening else np.sqrt(np.mean(trial.y**2))
+    errors = [np.sqrt(np.mean((e - runs[-1]) ** 2)) / size for e in runs[:-1]]
+    assert errors[0] > 3 * errors[1] > 9 * errors[2]
+    assert errors[2] < 5e-3
+
+
+def test_two_laws_at_one_port_are_solved_together():
+    trial = shaken(200, 23, (), ())
+    together, here = passed((CUBIC, FRICTION), PORTS * 2, trial, 16, listening=False)
+    fine, _ = passed((CUBIC, FRICTION), PORTS * 2, trial, 128, listening=False)
+    assert together.x == pytest.approx(fine.x, abs=2e-3 * np.max(np.abs(fine.x)))
+    assert together.f[:, 0] == pytest.approx(4e5 * (together.x @ here.systems[0].drift[0]) ** 3)
+
+
+def test_a_law_of_no_strength_changes_nothing():
+    trial = shaken(150, 24, (), ())
+    model = TwoMasses((trial,), (CUBIC,), PORTS)
+    z = np.zeros(4)
+    z[1] = -150.0  # the law's number is e^-45 of what it was
+    without = evaluate(TwoMasses((trial,)), np.zeros(3), derivatives=False)
+    steps = evaluate(model, z, derivatives=False)
+    assert steps.log_likelihood == pytest.approx(without.log_likelihood, abs=1e-4)
+
+
+def test_missing_samples_pass_without_correction():
+    trial = shaken(80, 25, (), ())
+    y = trial.y.copy()
+    y[30:40] = np.nan
+    hidden, _ = passed((), (), Trial(trial.u, trial.between, y, trial.step_s), 1, listening=True)
+    assert np.all(hidden.e[30:40] == 0)
+    A = hidden.sampled
+    for k in range(30, 39):
+        onward = A.A @ hidden.x[k] + A.B0 @ trial.u[k] + A.B1 @ trial.u[k + 1]
+        assert hidden.x[k + 1] == pytest.approx(onward, abs=1e-12)
+
+
+def test_memory_along_a_displacement_is_that_of_the_flow():
+    drift = np.array([0.0, 0.001, 0.004, 0.002, -0.004])
+    memory = memory_along(SLIP, np.array(NUMBERS[SLIP]), drift)
+    assert memory == pytest.approx([0.0, 0.3, 0.8, 0.2, -0.8])
+    assert memory_along(CUBIC, np.array([1.0]), drift) == pytest.approx(np.zeros(5))
