@@ -14,6 +14,7 @@ from twin.engine.comparison import compare
 from twin.engine.detection import detect
 from twin.engine.exported import base_mechanisms
 from twin.engine.hypothesis import Hypothesis
+from twin.engine.next_test import next_test
 from twin.engine.offer import offer
 from twin.engine.pictures import force_pictures
 from twin.engine.predict import stages
@@ -138,6 +139,7 @@ def diagnose(
         compared.twins["nominal"],
         compared.twins["calibrated"],
         compared.twins["explained"],
+        next_experiment=next_test(found, ready.twin.source, seed),
         negligible=judged.negligible,
         notes=_notes(ready, problem, judged) + compared.notes,
         seconds=clock.seconds,
