@@ -1,0 +1,52 @@
+"""A hypothesis in MuJoCo: the same masses, stiffnesses and dampings, and the same motion."""
+
+import numpy as np
+import pytest
+from engine_support import lumped, recorded
+
+from twin.engine.exported import dashpots, in_mujoco, including, twin_of
+from twin.engine.hypothesis import Hypothesis
+from twin.engine.predict import nrmse, stages
+from twin.engine.prepare import prepare
+from twin.mechanisms.stiffness import Stiffness
+
+
+@pytest.fixture(scope="module")
+def moved():
+    """A hypothesis whose every parameter is off the nominal one."""
+    ready = prepare(lumped(), [recorded(lumped(), 1)], [recorded(lumped(), 2)])
+    hypothesis = Hypothesis(ready.train)
+    z = np.zeros(len(hypothesis.unknowns))
+    z[: len(ready.train.base_unknowns)] = [3.0, -2.0, 1.0, -3.0, 0.5, -0.5]
+    return ready, hypothesis, z
+
+
+def test_the_twin_has_the_hypothesis_modes_and_dampings(moved):
+    ready, hypothesis, z = moved
+    own = ready.train.base(z)
+    there = twin_of(ready.twin, hypothesis, z).linear(own.inputs, own.outputs)
+    squares = np.sort(np.linalg.eigvals(np.linalg.solve(own.M, own.K)).real)
+    np.testing.assert_allclose(np.diag(there.K), squares, rtol=1e-6)
+    rates = np.sort(np.linalg.eigvals(np.linalg.solve(own.M, own.R)).real)
+    np.testing.assert_allclose(np.sort(np.linalg.eigvals(there.R).real), rates, rtol=1e-6)
+
+
+def test_mujoco_moves_as_predicted(moved):
+    ready, hypothesis, z = moved
+    (stage,) = stages(hypothesis, z)
+    there = in_mujoco(twin_of(ready.twin, hypothesis, z), ready.train, ready.train.recordings[0])
+    assert nrmse([there[64:-64]], [stage.from_rest()[64:-64]]) < 0.005
+
+
+def test_dashpots_make_any_change_of_modal_damping(moved):
+    model = moved[0].train.model
+    change = np.array([[0.3, 0.1], [0.1, -0.2]])
+    made = model
+    for dashpot in dashpots(model, change):
+        made = dashpot.edit(made)
+    np.testing.assert_allclose(made.R - model.R, change, atol=1e-9)
+
+
+def test_changes_of_one_kind_at_one_place_are_added_up():
+    twin = including(lumped(), [Stiffness("storey1", 3.0), Stiffness("storey1", -1.0)])
+    assert including(twin, [Stiffness("storey1", 1.0)]).mechanisms == (Stiffness("storey1", 3.0),)
