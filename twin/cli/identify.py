@@ -21,6 +21,8 @@ from twin.cli.convert import Map, Rate
 from twin.errors import TwinError
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from twin.identification.result import Identification
     from twin.recording import Recording
 
@@ -82,6 +84,7 @@ def identify_recordings(
     Example: twin identify hits/*.csv --model two_storey_lumped --out found --json found.json
     """
     from twin.formats import parse_channel_map, read_recording
+    from twin.formats.responses import holds_responses
     from twin.identification.as_json import as_json
     from twin.identification.identify import identify
     from twin.identification.records import LEAST_SAMPLES
@@ -97,6 +100,8 @@ def identify_recordings(
     check_json_target(json)
     check_folder(out or DEFAULT_FOLDER)
     terminal = console(json)
+    if holds_responses(recordings[0]):
+        return _from_responses(recordings, band, terminal, json)
     mapping = parse_channel_map(channel_map or [])
     truth = Twin.load(model) if model else None
     train = [read_recording(path, mapping, rate) for path in recordings]
@@ -115,6 +120,26 @@ def identify_recordings(
     files = write_identification(folder(out or DEFAULT_FOLDER), result, truth)
     terminal.print(f"written: {', '.join(str(path) for path in files)}")
     write_json(as_json(result) | {"unseen_nrmse": errors}, json)
+
+
+def _from_responses(
+    files: list[Path], band: tuple[float, float] | None, terminal: Console, json: str | None
+) -> None:
+    """Identify modes from a universal file of frequency responses."""
+    from twin.formats.responses import read_responses
+    from twin.identification.from_responses import identify_responses
+    from twin.view.report import print_responses
+
+    if len(files) > 1:
+        raise TwinError(f"{files[1]}: frequency responses come in one file, a set for each pair")
+    with terminal.status("identifying") as status:
+
+        def progress(what: str, step: int, steps: int) -> None:
+            status.update(f"{what}, {step} of {steps}")
+
+        result = identify_responses(read_responses(files[0]), band, progress)
+    print_responses(terminal, result)
+    write_json(result.as_json(), json)
 
 
 def unseen_errors(result: Identification, recordings: list[Recording]) -> dict[str, float]:

@@ -7,11 +7,12 @@ from pathlib import Path
 
 from rich.console import Console
 
+from twin.identification.from_responses import ResponseIdentification
 from twin.identification.result import Identification
 from twin.laboratory import Performance
 from twin.model import Twin
 from twin.view import figures
-from twin.view.comparison import matrix_rows, modal_rows
+from twin.view.comparison import Row, matrix_rows, modal_rows
 from twin.view.rrd import write_rrd
 from twin.view.tables import channel_table, parameter_table
 
@@ -50,6 +51,25 @@ def print_identification(
         console.print(f"error on {name}, not seen by the fit: {100 * error:.2f} % of RMS")
     for note in result.notes:
         console.print(f"note: {note}", style="dim")
+
+
+def print_responses(console: Console, result: ResponseIdentification) -> None:
+    """Print the modes found in frequency responses, warnings first."""
+    for note in result.notes:
+        if note.startswith("warning"):
+            console.print(note, style="bold red")
+    modal = result.modal
+    std = modal.natural_freq_std, modal.damping_ratio_std
+    rows = []
+    for i, (f, z) in enumerate(zip(modal.natural_freq, modal.damping_ratio, strict=True)):
+        rows.append(Row(f"frequency {i + 1}", "Hz", f, None if std[0] is None else std[0][i]))
+        spread = None if std[1] is None else 100 * std[1][i]
+        rows.append(Row(f"damping {i + 1}", "%", 100 * z, spread))
+    console.print(parameter_table(rows, f"Modes in {result.responses.source}"))
+    console.print(f"error of the modelled responses: {100 * result.error:.2f} % of their RMS")
+    for note in result.notes:
+        if not note.startswith("warning"):
+            console.print(f"note: {note}", style="dim")
 
 
 def write_identification(
