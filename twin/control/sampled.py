@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg
+
+from twin.estimation.system import transition
 
 Array = NDArray[np.float64]
 
@@ -29,17 +30,9 @@ class Step:
 
 
 def step(A: Array, B: Array, h: float) -> Step:
-    """Return the transition over h seconds; zero is allowed.
-
-    The matrix exponential of [[A, B, 0], [0, 0, I], [0, 0, 0]] h holds the integrals of e^(A s) B
-    and of s e^(A s) B (Van Loan, IEEE Trans. Automatic Control 23, 1978).
-    """
+    """Return the transition over h seconds; zero is allowed."""
     n, m = B.shape
     if h == 0:
         return Step(np.eye(n), np.zeros((n, m)), np.zeros((n, m)))
-    chain = np.zeros((n + 2 * m, n + 2 * m))
-    chain[:n, :n], chain[:n, n : n + m] = A * h, B * h
-    chain[n : n + m, n + m :] = np.eye(m)
-    power = linalg.expm(chain)
-    held, ramp = power[:n, n : n + m], power[:n, n + m :]
-    return Step(power[:n, :n], held - ramp, ramp)
+    whole, held, ramp = transition(A, B, h, m)
+    return Step(whole, held - ramp, ramp)

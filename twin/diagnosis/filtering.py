@@ -59,7 +59,7 @@ def gain(plant: Sampled, input_noise: Array, output_noise: Array, force_noise: A
     R = seen @ seen.T + np.diag(output_noise**2)
     S = enter @ seen.T
     C = plant.plant.C
-    from twin.diagnosis.riccati import stationary
+    from twin.estimation.kalman import stationary
 
     # Balanced units: accelerations of microns a second squared beside metres a second squared.
     scale = 1 / np.sqrt(np.diag(R))

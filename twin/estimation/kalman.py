@@ -80,7 +80,7 @@ def _stationary_of(sampled: Sampled, noise: Noise) -> tuple[Array, Array, Array,
     V = np.ascontiguousarray(system.V * noise.held)
     R = np.diag(noise.output**2)
     Q = W @ W.T + sampled.Q
-    P = _stationary(sampled.whole, system.C, Q, R + V @ V.T, W @ V.T)
+    P = stationary(sampled.whole, system.C, Q, R + V @ V.T, W @ V.T)
     if not np.all(np.isfinite(P)):
         raise ValueError("the Riccati equation has no stationary solution")
     return P, W, V, Q, R
@@ -118,7 +118,7 @@ def _sequence(A, C, W, V, Q, R, start, stationary, first):  # type: ignore[no-un
 
 
 @numba.njit(nogil=True, cache=True)
-def _stationary(A, C, Q, R, S):  # type: ignore[no-untyped-def]
+def stationary(A, C, Q, R, S):  # type: ignore[no-untyped-def]
     """Return the stationary covariance by doubling (Chu, Fan, Lin and Wang 2004), (n, n).
 
     It stays exact where the Schur method cannot order its eigenvalues: oscillators that hardly

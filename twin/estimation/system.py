@@ -79,6 +79,26 @@ class Sampled:
     system: System
 
 
+def transition(A: Array, B: Array, h: float, ramps: int) -> tuple[Array, Array, Array]:
+    """Return what a linear system does in h seconds, exactly (Van Loan 1978).
+
+    Args:
+        A: of x' = A x + B u, (n, n).
+        B: of the inputs, (n, k).
+        h: time [s].
+        ramps: inputs, the first ones, whose slopes are asked for.
+
+    Returns:
+        e^(A h), the influence of inputs of constant 1 (n, k), and of inputs t/h (n, ramps).
+    """
+    n, k = B.shape
+    big = np.zeros((n + k + ramps, n + k + ramps))
+    big[:n, :n], big[:n, n : n + k] = A * h, B * h
+    big[n : n + ramps, n + k :] = np.eye(ramps)
+    power = expm(big)
+    return power[:n, :n], power[:n, n : n + k], power[:n, n + k :]
+
+
 def sampled(system: System, step_s: float, steps: int, held: NDArray[np.bool_]) -> Sampled:
     """Discretise exactly by the matrix exponential (Van Loan 1978).
 
@@ -88,19 +108,11 @@ def sampled(system: System, step_s: float, steps: int, held: NDArray[np.bool_]) 
         steps: parts into which a sample is divided for the laws.
         held: inputs that are held from sample to sample instead of linear in between, (r,).
     """
-    n, r = system.B.shape
-    h = step_s / steps
+    r, forces = system.B.shape[1], system.E.shape[1]
     entries = np.hstack([system.B, system.E, system.W])
-    k = entries.shape[1]
-    big = np.zeros((n + k + r, n + k + r))
-    big[:n, :n] = system.A * h
-    big[:n, n : n + k] = entries * h
-    big[n : n + r, n + k :] = np.eye(r)  # the slope of the inputs
-    power = expm(big)
-    A, first, second = power[:n, :n], power[:n, n : n + k], power[:n, n + k :]
+    A, first, second = transition(system.A, entries, step_s / steps, r)
     B0 = np.where(held, first[:, :r], first[:, :r] - second)
     B1 = np.where(held, 0.0, second)
-    forces = system.E.shape[1]
     W = first[:, r + forces :]
     whole, entry = A, W
     for _ in range(steps - 1):
