@@ -22,10 +22,10 @@ from typing import Any
 
 import numpy as np
 
+from twin import shaker_test
 from twin.campaign import campaign
 from twin.errors import TwinError
 from twin.identification.identify import identify
-from twin.laboratory.virtual import shaker_test
 from twin.linearise import linearise
 from twin.model import Twin
 from twin.recording import Recording
@@ -67,8 +67,8 @@ def recorded(model: str) -> Recording:
     """Return the noise-free recording of a structure."""
     plan = PLANS[model]
     return shaker_test(
-        model, plan.drives, level=plan.level, band_hz=plan.band_hz,
-        sampling_hz=plan.sampling_hz, duration_s=plan.duration_s, noise=0.0, seed=1,
+        model, plan.drives, level_n=plan.level, band_hz=plan.band_hz,
+        rate_hz=plan.sampling_hz, duration_s=plan.duration_s, noise=0.0, seed=1,
     )  # fmt: skip
 
 

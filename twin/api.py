@@ -7,6 +7,7 @@ Each returns a result that prints as a short table, shows as HTML in a notebook,
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -64,6 +65,7 @@ def hammer_test(
     duration_s: float = 32.0,
     noise: float = 0.01,
     input_noise: float = 0.0,
+    sensors: Sequence[str] | None = None,
     seed: int = 0,
     repetition: int = 0,
 ) -> Recording:
@@ -83,6 +85,8 @@ def hammer_test(
         duration_s: length of the record [s].
         noise: of every response, share of its RMS.
         input_noise: of the measured force, share of its RMS.
+        sensors: what is recorded besides the force, by name or axis ("acc_tip.x"); by default
+            every acceleration that varies.
         seed: the same seed gives the same recording, bit for bit.
         repetition: of the same test: other noise.
 
@@ -92,24 +96,28 @@ def hammer_test(
     from twin.laboratory import Hammer
 
     blow = Hammer(width_s=width_s, peak_n=peak_n)
-    return _tested(model, blow, at, rate_hz, duration_s, noise, input_noise, seed, repetition)
+    return _tested(
+        model, blow, at, (), rate_hz, duration_s, noise, input_noise, sensors, seed, repetition
+    )
 
 
 def shaker_test(
     model: Model = "two_storey",
-    at: str = "ground",
+    at: str | Sequence[str] = "ground",
     signal: Excitation | None = None,
     *,
+    ground: Sequence[str] = (),
     level_n: float = 0.1,
     band_hz: tuple[float, float] = (0.5, 12.0),
     rate_hz: float = 32.0,
     duration_s: float = 32.0,
     noise: float = 0.01,
     input_noise: float = 0.0,
+    sensors: Sequence[str] | None = None,
     seed: int = 0,
     repetition: int = 0,
 ) -> Recording:
-    """Shake the ground or a floor of a twin and record force and accelerations.
+    """Shake a twin at one or several points, or its ground, and record inputs and accelerations.
 
     >>> import twin
     >>> shaken = twin.shaker_test("two_storey_lumped", at="floor2", rate_hz=64, duration_s=8)
@@ -118,14 +126,17 @@ def shaker_test(
 
     Args:
         model: a twin, a frame's design, an MJCF file or the name of a shipped model.
-        at: the place, or the actuator, that the shaker drives.
+        at: the place, or the actuator, that the shaker drives; several have a shaker each, with
+            signals of their own.
         signal: any excitation of ``twin.laboratory``; random noise in the band by default.
-        level_n: RMS of the random force [N].
+        ground: axes ("x", "y") along which the ground is shaken instead of ``at``.
+        level_n: RMS of the random force [N], of a shaken ground its acceleration's [m/s^2].
         band_hz: lowest and highest frequency of the random force [Hz].
         rate_hz: sampling rate [Hz].
         duration_s: length of the record [s].
         noise: of every response, share of its RMS.
-        input_noise: of the measured force, share of its RMS.
+        input_noise: of the measured inputs, share of their RMS.
+        sensors: what is recorded besides the inputs, as of ``hammer_test``.
         seed: the same seed gives the same recording, bit for bit.
         repetition: of the same test: another realisation, other noise.
 
@@ -135,7 +146,10 @@ def shaker_test(
     from twin.laboratory import RandomShaking
 
     chosen = signal or RandomShaking(level_n, band_hz)
-    return _tested(model, chosen, at, rate_hz, duration_s, noise, input_noise, seed, repetition)
+    return _tested(
+        model, chosen, at, ground, rate_hz, duration_s, noise, input_noise, sensors, seed,
+        repetition,
+    )  # fmt: skip
 
 
 def identify(
@@ -270,14 +284,21 @@ def _read_all(recordings: Recorded | Sequence[Recorded]) -> list[Recording]:
 
 
 def _tested(
-    model: Model, excitation: Excitation, at: str, rate_hz: float, duration_s: float,
-    noise: float, input_noise: float, seed: int, repetition: int,
+    model: Model, excitation: Excitation, at: str | Sequence[str], ground: Sequence[str],
+    rate_hz: float, duration_s: float, noise: float, input_noise: float,
+    sensors: Sequence[str] | None, seed: int, repetition: int,
 ) -> Recording:  # fmt: skip
     from twin.instruments import Instrument
     from twin.laboratory import Analyser, Experiment, run
 
     measured = dict.fromkeys(("acc", "disp", "angle"), Instrument(noise_fraction=noise))
     driven = dict.fromkeys(("force", "torque"), Instrument(noise_fraction=input_noise))
-    analyser = Analyser(rate_hz, duration_s)
-    experiment = Experiment(excitation, at, analyser, instruments={**measured, **driven})
-    return run(experiment, _twin(model), seed, repetition)
+    shaken = {f"acc_ground.{axis}": Instrument(noise_fraction=input_noise) for axis in ground}
+    experiment = Experiment(
+        excitation, at if isinstance(at, str) else tuple(at), Analyser(rate_hz, duration_s),
+        instruments={**measured, **driven, **shaken}, ground=tuple(ground),
+    )  # fmt: skip
+    twin = _twin(model)
+    if sensors is not None:
+        experiment = replace(experiment, channels=(*experiment.inputs(twin), *sensors))
+    return run(experiment, twin, seed, repetition)

@@ -9,7 +9,6 @@ from twin.laboratory.hammer import Hammer
 from twin.laboratory.multisine import Multisine
 from twin.laboratory.random_shaking import RandomShaking
 from twin.laboratory.sweep import Sweep
-from twin.laboratory.virtual import hammer_test, shaker_test
 
 __all__ = [
     "Analyser",
@@ -22,10 +21,8 @@ __all__ = [
     "RandomShaking",
     "Sweep",
     "TimeBase",
-    "hammer_test",
     "perform",
     "read_ground_motion",
     "run",
     "settling_time",
-    "shaker_test",
 ]
