@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
 from twin.errors import IdentificationError
-from twin.identification.separable import Drive, Terms, project, solve, start_drive
+from twin.identification.separable import Drive, Projected, Terms, project, solve, start_drive
 from twin.identification.spectra import Spectrum
 from twin.modal import mac
 
@@ -175,13 +175,34 @@ def _with_what_is_missing(
             np.append(drive.anchor, one.anchor),
         )
         tried, better = solve(tried, own, weight, TOLERANCE, MOST_STEPS)
-        levels = [np.maximum(np.mean(np.abs(d.error) ** 2, axis=0), floor) for d in (done, better)]
-        gain = 2 * len(own.Y) * float(np.sum(np.log(levels[0] / levels[1])))
+        near = _around(tried, own)
+        gain = (
+            2
+            * float(near.sum())
+            * float(np.sum(np.log(_level(done, near, floor) / _level(better, near, floor))))
+        )
         sound = segment.holds(tried.omega[-1:])[0] and tried.zeta[-1] < BROAD
         if gain < np.log(2 * own.Y.size) * _unknowns_of_mode(own) or not sound:
             break
         drive, done, mine = tried, better, np.append(mine, True)
     return drive, mine
+
+
+def _around(drive: Drive, own: Terms) -> NDArray[np.bool_]:
+    """Lines around the last mode: its gain must stand against the noise that is there.
+
+    What nobody measured but drives the structure too, wind or traffic, is loud at resonances.
+    """
+    omega = np.concatenate([s.omega for s in own.spectra])
+    resolution = float(np.median(np.diff(own.spectra[0].omega)))
+    off = np.abs(drive.omega - drive.omega[-1])
+    width = float(np.max((drive.zeta * drive.omega)[np.argsort(off)[:2]]))
+    reach = max(LEAST_LINES / 2 * resolution, 2 * width)
+    return np.asarray(np.abs(omega - drive.omega[-1]) <= reach)
+
+
+def _level(done: Projected, lines: NDArray[np.bool_], floor: Array) -> Array:
+    return np.maximum(np.mean(np.abs(done.error[lines]) ** 2, axis=0), floor)
 
 
 def _loudest(white: ComplexArray, segment: Segment, own: Terms) -> complex | None:
