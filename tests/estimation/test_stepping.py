@@ -93,3 +93,16 @@ def test_memory_along_a_displacement_is_that_of_the_flow():
     memory = memory_along(SLIP, np.array(NUMBERS[SLIP]), drift)
     assert memory == pytest.approx([0.0, 0.3, 0.8, 0.2, -0.8])
     assert memory_along(CUBIC, np.array([1.0]), drift) == pytest.approx(np.zeros(5))
+
+
+def test_a_law_much_stiffer_than_the_structure_does_not_run_away():
+    trial = shaken(150, 26, (), ())
+    model = TwoMasses((trial,), (CUBIC,), PORTS, steps=4)
+    z = np.zeros(4)
+    z[1] = 30.0  # e^9 times as stiff
+    here = model.assemble(z)
+    plant = sampled(here.systems[0], trial.step_s, 4, here.held)
+    free = run(here, trial, plant, open_loop(gains(plant, here.noises[0])))
+    soft = passed((CUBIC,), PORTS, trial, 4, listening=False)[0]
+    drift = here.systems[0].drift[0]
+    assert np.max(np.abs(free.x @ drift)) < np.max(np.abs(soft.x @ drift))

@@ -20,8 +20,8 @@ from twin.estimation.laws import call_flow, call_force
 SECANTS = 12
 """Secant steps before the bracketed search takes over: smooth laws need two or three."""
 
-BRACKETED = 60
-"""Steps of the bracketed search: halving alone reaches rounding."""
+BRACKETED = 120
+"""Steps of the bracketed search: halving in every other one reaches rounding."""
 
 CLOSE = 1e-12
 """Error, as a share of the scale of force at the port, at which the force is solved."""
@@ -84,14 +84,16 @@ def solve_force(law, numbers, before, begun, d, v, z, ed, ev, guess, slope, t, s
 
 @numba.njit(nogil=True, cache=True)
 def _bracketed(law, numbers, before, begun, d, v, z, ed, ev, t, scale):
-    """Return f by false position, each retained end's error halved (Illinois, 1971)."""
-    a = middle_force(law, numbers, before, begun, d, v, z, ed, ev, 0.0, t)
-    b = middle_force(law, numbers, before, begun, d, v, z, ed, ev, a, t)
-    error_a = a - b
+    """Return f by bisection and false position (Illinois, 1971) in turn.
+
+    A law opposes the motion: the force lies between none and that of the motion without it.
+    """
+    a, b = 0.0, middle_force(law, numbers, before, begun, d, v, z, ed, ev, 0.0, t)
+    error_a = -b
     error_b = b - middle_force(law, numbers, before, begun, d, v, z, ed, ev, b, t)
     f = b
     for k in range(BRACKETED):
-        if abs(error_b - error_a) <= 1e-300 or error_a * error_b > 0.0 or k > BRACKETED // 2:
+        if abs(error_b - error_a) <= 1e-300 or error_a * error_b > 0.0 or k % 2:
             f = 0.5 * (a + b)
         else:
             f = b - error_b * (b - a) / (error_b - error_a)
