@@ -116,7 +116,7 @@ def identify_responses(
     model = frequency_response(fit.parameters, spectra[0], fit.hold, fit.w_max)
     measured = np.stack([s.Y for s in spectra], axis=2)
     error = float(np.linalg.norm(measured - model) / np.linalg.norm(measured))
-    known = np.array([len(k) > 1 for k in found.families]) | (1.96 * found.std[1] < found.zeta)
+    known = np.array([len(k) > 1 for k in found.families]) | (found.std[1] < found.zeta)
     if not known.any():
         raise IdentificationError(f"{responses.source}: no mode is known well enough to be named")
     listed = np.flatnonzero(known)

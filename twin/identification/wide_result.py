@@ -41,10 +41,10 @@ def _result(records: Records, found: WideFit) -> Identification:
     fit = found.fit
     p = fit.parameters
     several_poles = np.array([len(members) > 1 for members in found.families])
-    known = several_poles | (1.96 * found.std[1] < found.zeta)
+    known = several_poles | (found.std[1] < found.zeta)
     if not known.any():
         raise IdentificationError(
-            "no mode is known well enough to be named: every damping ratio's interval holds zero"
+            "no mode is known well enough to be named: every damping ratio's deviation exceeds it"
         )
     listed = np.flatnonzero(known)
     listed = listed[np.argsort(found.omega[listed])]
@@ -68,8 +68,8 @@ def _result(records: Records, found: WideFit) -> Identification:
     if not known.all():
         at = ", ".join(f"{f / (2 * np.pi):.5g}" for f in np.sort(found.omega[~known]))
         notes.append(
-            f"poles at {at} Hz improve the fit, but the interval of their damping holds zero: they "
-            "are part of the model, not of the list"
+            f"poles at {at} Hz improve the fit, but their damping's deviation exceeds its value: "
+            "they are part of the model, not of the list"
         )
     second_order = None
     if len(p.omega) == len(rank):
