@@ -187,8 +187,8 @@ def diagnose(
     train: Recorded | Sequence[Recorded],
     test: Recorded | Sequence[Recorded],
     *,
-    tolerance: float = 0.004,
-    damping_tolerance: float = 0.1,
+    tolerance: float | None = None,
+    damping_tolerance: float | None = None,
     added_mass: Mapping[str, Mapping[str, float]] | None = None,
     unknown_parameters: bool = False,
     seed: int = 0,
@@ -206,8 +206,9 @@ def diagnose(
         model: the twin as it stands: a twin, a design, an MJCF file or a shipped model's name.
         train: recordings to explain, or their files.
         test: recordings that only the result is shown on.
-        tolerance: relative, of the model's masses and stiffnesses.
-        damping_tolerance: relative, of its dampings.
+        tolerance: relative, of the model's masses and stiffnesses; 0.4 % for a lumped chain and
+            1 % for any other structure by default.
+        damping_tolerance: relative, of its dampings; 10 % and 30 %.
         added_mass: recording's name -> place -> mass bolted on for it [kg].
         unknown_parameters: the model's numbers are not known: they are identified first.
         seed: of what is random.
@@ -215,7 +216,7 @@ def diagnose(
     Raises:
         TwinError: recordings or model cannot be used; the message says why.
     """
-    from twin.diagnosis.diagnose import diagnose as whole
+    from twin.engine.choice import diagnose as whole
 
     return whole(
         _twin(model), _read_all(train), _read_all(test),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
@@ -46,18 +46,20 @@ def diagnose(
         list[Path], typer.Option("--test", metavar="FILE...", help="Unseen recordings.")
     ],
     tolerance: Annotated[
-        float,
+        float | None,
         typer.Option(
             "--tolerance", min=0.01, max=20.0,
-            help="How well masses and stiffnesses of the model are known [%].",
+            help="How well masses and stiffnesses of the model are known [%]; by default 0.4 for a "
+            "lumped chain, 1 for any other structure.",
         ),
-    ] = 0.4,
+    ] = None,
     damping_tolerance: Annotated[
-        float,
+        float | None,
         typer.Option(
-            "--damping-tolerance", min=0.1, max=500.0, help="How well its dampings are known [%]."
+            "--damping-tolerance", min=0.1, max=500.0,
+            help="How well its dampings are known [%]; by default 10 and 30.",
         ),
-    ] = 10.0,
+    ] = None,
     added_mass: Annotated[
         list[str] | None,
         typer.Option(
@@ -75,7 +77,14 @@ def diagnose(
     out: Out = None,
     seed: Seed = 0,
     json: Json = None,
-    engine: Annotated[str, typer.Option("--engine", hidden=True)] = "old",
+    engine: Annotated[
+        str,
+        typer.Option(
+            "--engine",
+            help="general (any structure), chain (lumped chains), or auto: the chain's where "
+            "nothing is lost by it.",
+        ),
+    ] = "auto",
 ) -> None:  # fmt: skip
     """Say where recordings and twin differ, what physics was left out, and model it.
 
@@ -91,7 +100,8 @@ def diagnose(
     with Status("reading", console=terminal) as status:
         result = run(
             model, train, test, seed, status.update,
-            tolerance / 100, damping_tolerance / 100, masses_of(added_mass or [], [*train, *test]),
+            _share(tolerance), _share(damping_tolerance),
+            masses_of(added_mass or [], [*train, *test]),
             unknown_parameters, engine,
         )  # fmt: skip
         path = result.explained.export(target / TWIN_FILE)
@@ -125,26 +135,34 @@ def run(
     test: Sequence[Path],
     seed: int = 0,
     tell: Callable[[str], None] = lambda message: None,
-    tolerance: float = 0.004,
-    damping_tolerance: float = 0.1,
+    tolerance: float | None = None,
+    damping_tolerance: float | None = None,
     added_mass: Mapping[str, Mapping[str, float]] | None = None,
     unknown: bool = False,
-    engine: str = "old",
+    engine: str = "auto",
 ) -> Diagnosis:
     """Read model and recordings and diagnose."""
-    if engine == "new":
-        from twin.engine.pipeline import diagnose as whole
-    else:
-        from twin.diagnosis.diagnose import diagnose as whole
+    from twin.engine.choice import Engine
+    from twin.engine.choice import diagnose as whole
     from twin.formats import read_recording
     from twin.model import Twin
 
-    twin = Twin.load(model)
     return whole(
-        twin, [read_recording(p) for p in train], [read_recording(p) for p in test],
-        tolerance=tolerance, damping_tolerance=damping_tolerance,
-        added_mass=added_mass, unknown=unknown, seed=seed, tell=tell,
-    )  # fmt: skip
+        Twin.load(model),
+        [read_recording(p) for p in train],
+        [read_recording(p) for p in test],
+        tolerance=tolerance,
+        damping_tolerance=damping_tolerance,
+        added_mass=added_mass,
+        unknown=unknown,
+        seed=seed,
+        tell=tell,
+        engine=cast(Engine, engine),
+    )
+
+
+def _share(percent: float | None) -> float | None:
+    return None if percent is None else percent / 100
 
 
 def diagnose_files(

@@ -12,18 +12,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.engine.beginning import added, beginnings, likeliest, moved_to
 from twin.engine.candidates import Candidate
 from twin.engine.hypothesis import Hypothesis
 from twin.engine.problem import Motion
+from twin.engine.response import force_along, respond
 from twin.estimation.fit import Fit
 from twin.estimation.fit import fit as climb
-from twin.estimation.laws import Law as Compiled
-from twin.estimation.laws import memory_along
-from twin.estimation.likelihood import Run, Value, evaluate, gaussian
+from twin.estimation.likelihood import Value, evaluate, gaussian
 from twin.mechanisms.mechanism import Disturbance, Law, Mechanism
 
 Array = NDArray[np.float64]
@@ -34,10 +33,6 @@ SMALL = 1e-4
 PART = 1024
 """Samples of each recording that valleys are looked for in: four seconds at 256 Hz, enough to tell
 resonances a quarter of a hertz apart; the fit that follows sees all."""
-
-WIDE = 2.0
-"""Process noise that a fit begins with where it is far off, in prior deviations: 5 % of the inertia
-forces, so that errors of as much do not end it."""
 
 VALLEY_STEPS = 6
 """Gauss-Newton steps in each valley; the fit that follows takes the rest."""
@@ -145,12 +140,12 @@ def _of_laws(
         model = hypothesis.problem.model
         forces = np.column_stack(
             [
-                _force_along(law, model.port(law.place), motion, hypothesis.problem.step_s)
+                force_along(law, model.port(law.place), motion, hypothesis.problem.step_s)
                 for _, law in pairs
             ]
         )
         rows = np.array([model.port(law.place) for _, law in pairs])
-        directions.append(part.whitened(_respond(run, hypothesis, index, rows, forces)))
+        directions.append(part.whitened(respond(run, hypothesis, index, rows, forces)))
     gains, strengths, shifts = test.gains(directions)
     return [
         _scaled(test, c, s, float(g), float(a), d)
@@ -172,62 +167,6 @@ def _scaled(
         strength = inside
     moved = dict(zip(test.names, (strength * shift).tolist(), strict=True))
     return Score(candidate, start.scaled(strength), gain, moved)
-
-
-def _force_along(law: Law, row: Array, motion: Motion, step_s: float) -> Array:
-    """Return the force of a law along a motion, (samples,)."""
-    drift, rate = motion.q[:, : len(row)] @ row, motion.v[:, : len(row)] @ row
-    compiled = Compiled(type(law).law, type(law).flow, len(law.numbers))
-    memory = memory_along(compiled, np.array(law.numbers), drift)
-    time = np.asarray(np.arange(len(drift)) * step_s, float)
-    return np.broadcast_to(law.force(drift, rate, memory, time), drift.shape)
-
-
-def _respond(run: Run, hypothesis: Hypothesis, trial: int, rows: Array, forces: Array) -> Array:
-    """Return the change of the innovations by small forces at ports, (samples, m, c)."""
-    system, plant = run.sampled.system, run.sampled
-    n = rows.shape[1]
-    # a force on the coordinates enters as process noise does, which is held over a sample
-    inputs = len(hypothesis.problem.model.inputs)
-    size = system.W.shape[1] - inputs
-    wide = np.zeros((size, len(rows)))
-    wide[:n] = -rows.T
-    entry = plant.entry[:, inputs:] @ wide
-    through = system.V[:, inputs:] @ wide
-    K = plant.whole @ run.gains.state[-1] + plant.entry @ run.gains.held[-1]
-    out = np.empty((len(forces), system.C.shape[0], len(rows)))
-    c = np.ascontiguousarray
-    _recurse(c(plant.whole - K @ system.C), c(K), c(system.C), c(entry), c(through), c(forces), out)
-    return out
-
-
-@numba.njit(nogil=True, cache=True)
-def _recurse(closed, K, C, entry, through, forces, out):
-    n, m, count = closed.shape[0], C.shape[0], forces.shape[1]
-    x, after = np.zeros((n, count)), np.zeros((n, count))
-    for k in range(len(forces)):
-        for o in range(m):
-            for c in range(count):
-                out[k, o, c] = -through[o, c] * forces[k, c]
-            for i in range(n):
-                g = C[o, i]
-                for c in range(count):
-                    out[k, o, c] -= g * x[i, c]
-        middle = min(k + 1, len(forces) - 1)
-        for i in range(n):
-            for c in range(count):
-                after[i, c] = entry[i, c] * 0.5 * (forces[k, c] + forces[middle, c])
-            for j in range(n):
-                g = closed[i, j]
-                for c in range(count):
-                    after[i, c] += g * x[j, c]
-            for o in range(m):
-                g = K[i, o]
-                for c in range(count):
-                    after[i, c] -= g * through[o, c] * forces[k, c]
-        for i in range(n):
-            for c in range(count):
-                x[i, c] = after[i, c]
 
 
 def _of_linear(test: _ScoreTest, candidate: Candidate, start: Mechanism) -> Score:
@@ -300,33 +239,6 @@ def _of_valleys(fit: Fit, hypothesis: Hypothesis, candidates: Sequence[Candidate
     return scores
 
 
-def widened(hypothesis: Hypothesis, z: Array) -> Array:
-    """Return values with so much process noise that a model far off still has a likelihood."""
-    wide = [u.name.startswith("process noise") for u in hypothesis.unknowns]
-    return np.where(wide, np.maximum(z, WIDE), z)
-
-
-def beginnings(hypothesis: Hypothesis, z: Array) -> list[Array]:
-    """Return where a fit may begin: as it is, with wide process noise, with the nominal twin."""
-    nominal = z.copy()
-    nominal[: len(hypothesis.problem.base_unknowns)] = 0.0
-    return [z, widened(hypothesis, z), widened(hypothesis, nominal)]
-
-
-def likeliest(hypothesis: Hypothesis, options: Sequence[Array]) -> tuple[float, Array, Hypothesis]:
-    """Return the values with the greatest log posterior: that, the values, the hypothesis."""
-
-    def posterior(z: Array) -> float:
-        try:
-            value = evaluate(hypothesis, z, derivatives=False).log_likelihood
-        except (ValueError, np.linalg.LinAlgError):
-            return -np.inf
-        return value - 0.5 * float(z @ z) if np.isfinite(value) else -np.inf
-
-    scored = [(posterior(z), z) for z in options]
-    return (*max(scored, key=lambda pair: pair[0]), hypothesis)
-
-
 def _freed(test: _ScoreTest, candidate: Candidate, start: Mechanism) -> Score | None:
     """Return what freeing a parameter of the twin from its prior brings, if it is one.
 
@@ -340,35 +252,3 @@ def _freed(test: _ScoreTest, candidate: Candidate, start: Mechanism) -> Score | 
             change = start.with_values({next(iter(start.parameters)): moved})
             return Score(candidate, change, 0.5 * float(z) ** 2, {name: -float(z)})
     return None
-
-
-def added(hypothesis: Hypothesis, candidate: Candidate, start: Mechanism) -> Hypothesis:
-    """Return the hypothesis with one more mechanism."""
-    return replace(
-        hypothesis,
-        mechanisms=(*hypothesis.mechanisms, start),
-        priors=(*hypothesis.priors, candidate.priors),
-    )
-
-
-def moved_to(grown: Hypothesis, before: Hypothesis, z: Array, start: Mechanism) -> Array:
-    """Return values of all unknowns: those of another hypothesis, and a first guess for the rest.
-
-    Args:
-        grown: the hypothesis whose unknowns they are.
-        before: the one that ``z`` belongs to.
-        z: its values, (p,).
-        start: the mechanism that begins at its own values.
-    """
-    known = {u.name: float(x) for u, x in zip(before.unknowns, z, strict=True)}
-    out = np.zeros(len(grown.unknowns))
-    titles = {f"{start.name} {start.place} {name}": value for name, value in start.values.items()}
-    for i, unknown in enumerate(grown.unknowns):
-        if unknown.name in titles:
-            value = titles[unknown.name]
-            if unknown.log:
-                value = np.log(max(abs(value), 1e-300))
-            out[i] = (value - unknown.mean) / unknown.deviation
-        elif unknown.name in known:
-            out[i] = known[unknown.name]
-    return out

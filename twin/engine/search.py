@@ -8,10 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.engine.beginning import added, beginnings, likeliest, moved_to, widened
 from twin.engine.candidates import Candidate, motions, scales_of
 from twin.engine.hypothesis import Hypothesis
 from twin.engine.problem import Motion, Problem
-from twin.engine.screening import Score, added, beginnings, likeliest, moved_to, screen, widened
+from twin.engine.screening import Score, screen
 from twin.estimation.fit import Fit, fit
 from twin.estimation.likelihood import Run, evaluate
 

@@ -6,13 +6,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
+from typing import Any, cast
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from twin import compiling, rolling
-from twin.arrays import frozen
 from twin.contract import check_names, floors_of, names_in
 from twin.errors import ModelError, available
 from twin.files import write_whole
@@ -24,55 +24,13 @@ from twin.mechanisms.stiffness_drift import CLOCK
 from twin.modal import ModalModel
 from twin.model.assembling import linear_model
 from twin.model.linear import LinearModel
+from twin.model.motion import Motion
 from twin.model.shaking import drive_name
 from twin.model_files import shipped, shipped_names
 from twin.presentable import Presentable
 from twin.second_order import SecondOrderModel
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Motion:
-    """A simulated motion; sample n belongs to t = n / rate_hz.
-
-    Attributes:
-        rate_hz: samples per second.
-        columns: channel -> samples in SI units, (samples,): every named sensor, a vector sensor by
-            axis ("A1.y"), by its bare name where it can move along x only ("acc_floor1").
-        qpos: joint positions of ``model``, for viewers, (samples, nq).
-        model: the compiled model that ``qpos`` belongs to.
-    """
-
-    rate_hz: float
-    columns: dict[str, Array]
-    qpos: Array
-    model: mujoco.MjModel
-
-    def __repr__(self) -> str:
-        seconds = self.samples / self.rate_hz
-        return f"Motion({seconds:.4g} s at {self.rate_hz:g} Hz: {', '.join(self.columns)})"
-
-    def __post_init__(self) -> None:
-        columns = {name: frozen(values, float) for name, values in self.columns.items()}
-        object.__setattr__(self, "columns", columns)
-        object.__setattr__(self, "qpos", frozen(self.qpos, float))
-
-    @property
-    def samples(self) -> int:
-        """Number of samples."""
-        return len(self.qpos)
-
-    def column(self, name: str) -> Array:
-        """Return a channel; a vector sensor's bare name is its x axis.
-
-        Raises:
-            ModelError: there is no such channel; the message lists those there are.
-        """
-        for known in (name, f"{name}.x", name.removesuffix(".x")):
-            if known in self.columns:
-                return self.columns[known]
-        raise ModelError(f"no channel '{name}'; there are {available(self.columns)}")
 
 
 @dataclass(frozen=True, repr=False)
@@ -286,12 +244,16 @@ class Twin(Presentable):
         return changed
 
 
-@lru_cache(maxsize=64)
-def _linearised(twin: Twin) -> Linearisation:
+def _named(twin: Twin, function: Callable[[], Any]) -> Any:
     try:
-        return linearise(twin.compile())
+        return function()
     except ModelError as error:
         raise ModelError(f"{twin.source}: {error}") from None
+
+
+@lru_cache(maxsize=64)
+def _linearised(twin: Twin) -> Linearisation:
+    return cast(Linearisation, _named(twin, lambda: linearise(twin.compile())))
 
 
 @lru_cache(maxsize=64)
@@ -300,7 +262,5 @@ def _equations(
 ) -> LinearModel:
     shaken = any(name.startswith("acc_ground") for name in inputs)
     rig = replace(twin, clamped=True) if shaken else twin
-    try:
-        return linear_model(rig.compile(), inputs, outputs, band_hz)
-    except ModelError as error:
-        raise ModelError(f"{twin.source}: {error}") from None
+    made = _named(twin, lambda: linear_model(rig.compile(), inputs, outputs, band_hz))
+    return cast(LinearModel, made)
