@@ -9,7 +9,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from twin.model.twin import Motion, Twin
+    from twin.model.motion import Motion
+    from twin.model.twin import Twin
 
 __all__ = ["Motion", "Twin"]
 

@@ -14,8 +14,9 @@ from twin.model.amplitudes import Effect, effects
 from twin.model.contents import nonlinear_elements
 from twin.model.free_run import free_run
 from twin.model.linear import LinearModel
+from twin.model.motion import Motion
 from twin.model.port import ground_inputs
-from twin.model.twin import Motion, Twin
+from twin.model.twin import Twin
 
 Array = NDArray[np.float64]
 
