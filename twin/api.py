@@ -1,7 +1,7 @@
 """The verbs of the public interface: what the commands do, from Python.
 
-Each returns a result that prints as a short table, shows as HTML in a notebook, and has
-``.plot()``, ``.to_dict()`` and ``.save(path)``. Errors are ``twin.TwinError``, one line each.
+Results print as tables, show as HTML in a notebook, and have ``.plot()``, ``.to_dict()`` and
+``.save(path)``. Errors are ``twin.TwinError``, one line each.
 """
 
 from __future__ import annotations
@@ -195,20 +195,17 @@ def diagnose(
 ) -> Diagnosis:
     """Say where recordings and twin differ, what physics was left out, and model it.
 
-    >>> import twin
     >>> train = twin.shaker_test("two_storey_lumped", "floor2", rate_hz=64, duration_s=16)
     >>> twin.diagnose("two_storey_lumped", train, train)
     Traceback (most recent call last):
-        ...
     twin.errors.RecordingError: ... a test must be unseen
 
     Args:
         model: the twin as it stands: a twin, a design, an MJCF file or a shipped model's name.
         train: recordings to explain, or their files.
         test: recordings that only the result is shown on.
-        tolerance: relative, of the model's masses and stiffnesses; 0.4 % for a lumped chain and
-            1 % for any other structure by default.
-        damping_tolerance: relative, of its dampings; 10 % and 30 %.
+        tolerance: relative, of masses and stiffnesses; 0.4 %, or 1 % of what is no lumped chain.
+        damping_tolerance: relative, of dampings; 10 % and 30 %.
         added_mass: recording's name -> place -> mass bolted on for it [kg].
         unknown_parameters: the model's numbers are not known: they are identified first.
         seed: of what is random.
@@ -218,11 +215,9 @@ def diagnose(
     """
     from twin.engine.choice import diagnose as whole
 
-    return whole(
-        _twin(model), _read_all(train), _read_all(test),
-        tolerance=tolerance, damping_tolerance=damping_tolerance,
-        added_mass=added_mass, unknown=unknown_parameters, seed=seed,
-    )  # fmt: skip
+    recordings = _read_all(train), _read_all(test)
+    return whole(_twin(model), *recordings, tolerance, damping_tolerance, added_mass,
+                 unknown_parameters, seed)  # fmt: skip
 
 
 def design_controller(

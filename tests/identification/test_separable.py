@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from wide_support import FREQ, RATE, ZETA, poles, record
 
-from twin.identification.separable import Drive, Terms, project, solve, start_drive
+from twin.identification.separable import project, solve, start_drive
+from twin.identification.separable_terms import Drive, Terms
 from twin.identification.spectra import spectrum
 
 

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
 from twin.errors import IdentificationError
-from twin.identification.separable import Drive, Projected, Terms, project, solve, start_drive
+from twin.identification.separable import Projected, project, solve, start_drive
+from twin.identification.separable_terms import Drive, Terms
 from twin.identification.spectra import Spectrum
 from twin.modal import mac
 

@@ -29,7 +29,8 @@ from twin.identification.segments import (
     segments,
     starting_drive,
 )
-from twin.identification.separable import Drive, Projected, Terms, project, solve
+from twin.identification.separable import Projected, project, solve
+from twin.identification.separable_terms import Drive, Terms
 from twin.identification.spectra import Spectrum
 from twin.identification.stabilisation import StablePole
 
