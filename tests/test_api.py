@@ -89,7 +89,7 @@ def test_nouns_and_results_print_in_a_few_short_lines(hit, found):
         assert len(text) < 2000
         assert max(map(len, text.splitlines())) < 140
         html = thing._repr_html_()
-        assert html.count("<tr>") == len(text.splitlines()) - 1
+        assert html.count("<tr>") == len(list(thing._rows()))
     assert "mode 1" in repr(found)
     assert "1.948" in repr(found)
     assert "input" in repr(hit)

@@ -195,6 +195,7 @@ def diagnose(
 ) -> Diagnosis:
     """Say where recordings and twin differ, what physics was left out, and model it.
 
+    >>> import twin
     >>> train = twin.shaker_test("two_storey_lumped", "floor2", rate_hz=64, duration_s=16)
     >>> twin.diagnose("two_storey_lumped", train, train)
     Traceback (most recent call last):
@@ -204,8 +205,8 @@ def diagnose(
         model: the twin as it stands: a twin, a design, an MJCF file or a shipped model's name.
         train: recordings to explain, or their files.
         test: recordings that only the result is shown on.
-        tolerance: relative, of masses and stiffnesses; 0.4 %, or 1 % of what is no lumped chain.
-        damping_tolerance: relative, of dampings; 10 % and 30 %.
+        tolerance: of masses and stiffnesses, relative: 0.4 %, or 1 % of what is no lumped chain.
+        damping_tolerance: of dampings: 10 % and 30 %.
         added_mass: recording's name -> place -> mass bolted on for it [kg].
         unknown_parameters: the model's numbers are not known: they are identified first.
         seed: of what is random.
@@ -215,9 +216,8 @@ def diagnose(
     """
     from twin.engine.choice import diagnose as whole
 
-    recordings = _read_all(train), _read_all(test)
-    return whole(_twin(model), *recordings, tolerance, damping_tolerance, added_mass,
-                 unknown_parameters, seed)  # fmt: skip
+    options = tolerance, damping_tolerance, added_mass, unknown_parameters, seed
+    return whole(_twin(model), _read_all(train), _read_all(test), *options)
 
 
 def design_controller(
