@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.errors import ModelError
+from twin.estimation.kalman import Gains
 from twin.estimation.laws import MOST_NUMBERS
 from twin.estimation.laws import Law as Compiled
 from twin.estimation.likelihood import run
@@ -96,7 +97,9 @@ def _with_laws(
         held=held,
     )
     trial: Any = SimpleNamespace(u=u, between=u, y=np.zeros((len(u), m)), step_s=1 / rate_hz)
-    deaf: Any = SimpleNamespace(state=np.zeros((1, 2 * n, m)), held=np.zeros((1, 0, m)))
+    deaf = Gains(
+        np.zeros((1, 2 * n, m)), np.zeros((1, 0, m)), np.eye(m)[None], np.zeros((2 * n, 2 * n))
+    )
     # innovations against a reading of nothing are the prediction's opposite
     return np.asarray(model.rest - run(bare, trial, plant, deaf).e)
 
