@@ -22,6 +22,7 @@ from twin.control.study import (
     hammer_tests,
     identified_model,
     identify_frame,
+    judged,
     worst_case,
 )
 from twin.model import Twin
@@ -100,7 +101,10 @@ def main() -> None:
     controller = settings.design(believed, plant.delay)
     outcome = run(plant, controller, worst_case(plant))
     files = [figures.save(scheme(), folder / "scheme.png")]
-    files += write_control(folder, outcome, plant, controller, believed)
+    result = judged(outcome, controller, believed, plant.delay)
+    about = {"excitation": plant.known_input, "delay_samples": plant.delay}
+    result = {**result, **about, "with_true_model": result}
+    files += write_control(folder, outcome, plant, controller, believed, result)
     table = Table("reduction", "floor1", "floor2", title="eq. (60)")
     table.add_row("printed, window not stated", *(f"{100 * PRINTED[f]:.2f} %" for f in PRINTED))
     for window, meaning in (

@@ -29,8 +29,7 @@ from twin.diagnosis.result import Diagnosis, Trace  # noqa: E402
 from twin.files import write_whole  # noqa: E402
 from twin.formats import read_recording  # noqa: E402
 from twin.model import Twin  # noqa: E402
-from twin.view.colours import IDENTIFIED, MEASURED, REJECTED, TRUE  # noqa: E402
-from twin.view.diagnosis_figures import GUILTY  # noqa: E402
+from twin.view.colours import IDENTIFIED, LOCATED, MEASURED, REJECTED, TRUE  # noqa: E402
 
 WINDOW_S = 1.5
 SHOWN = 3000
@@ -110,7 +109,7 @@ def _where(ax: Axes, found: Diagnosis) -> None:
     storeys = [p for p in found.where if p.startswith("storey")]
     gains = [max(found.where[p], 0.0) for p in storeys]
     guilty = found.findings[0].location
-    colours = [GUILTY if p == guilty else REJECTED for p in storeys]
+    colours = [LOCATED if p == guilty else REJECTED for p in storeys]
     bars = ax.barh(storeys, gains, 0.5, color=colours)
     ax.bar_label(bars, [f"{gain:,.0f}" for gain in gains], padding=4)
     ax.margins(x=0.25)
@@ -127,10 +126,10 @@ def _force(ax: Axes, found: Diagnosis) -> None:
             alpha=0.5, label="estimated missing force")  # fmt: skip
     if picture.law is not None:
         grid = 1e3 * picture.law_drift
-        ax.plot(grid, picture.law, color=GUILTY, lw=2, label="law found")
+        ax.plot(grid, picture.law, color=LOCATED, lw=2, label="law found")
         if picture.law_std is not None:
             spread = 1.96 * picture.law_std
-            ax.fill_between(grid, picture.law - spread, picture.law + spread, color=GUILTY,
+            ax.fill_between(grid, picture.law - spread, picture.law + spread, color=LOCATED,
                             alpha=0.3, lw=0, label="95 %")  # fmt: skip
     ax.set_xlabel(f"drift of {picture.place} [mm]")
     ax.set_ylabel("force [N]")

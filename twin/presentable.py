@@ -53,8 +53,8 @@ class Presentable:
     def save(self, path: str | Path) -> Path:
         """Write this to a file, whole or not at all, and return its path.
 
-        A recording in the format of the suffix; a twin as MJCF (.xml); a result as JSON (.json), a
-        diagnosis also as HTML report (.html), identification and diagnosis also for Rerun (.rrd).
+        A recording in the format of the suffix; a twin as MJCF (.xml); a result as JSON (.json),
+        identification and diagnosis also as HTML report (.html) and for Rerun (.rrd).
 
         Raises:
             TwinError: a suffix that this cannot be written as, or a failing disk.

@@ -87,6 +87,10 @@ def save(thing: Presentable, path: Path) -> Path:
         return write_whole(path, lambda part: part.write_text(text))
     if isinstance(thing, Twin) and suffix == ".xml":
         return thing.export(path)
+    if isinstance(thing, Identification) and suffix == ".html":
+        from twin.view.page.identification import write_identification_page
+
+        return write_identification_page(path, thing)
     if isinstance(thing, Identification) and suffix == ".rrd":
         from twin.view.rrd import write_rrd
 
@@ -95,7 +99,7 @@ def save(thing: Presentable, path: Path) -> Path:
         if suffix == ".xml":
             return thing.explained.export(path)
         if suffix == ".html":
-            from twin.view.diagnosis_report import write_report
+            from twin.view.page.diagnosis import write_report
 
             return write_report(thing, path)
         from twin.view.diagnosis_rrd import write_diagnosis_rrd
@@ -106,7 +110,7 @@ def save(thing: Presentable, path: Path) -> Path:
 
         written = export(thing, path.parent, path.stem)
         return next(each for each in written if each.suffix == suffix)
-    can = {Twin: ".xml, .json", Identification: ".json, .rrd", Controller: ".json, .mat, .c"}
+    can = {Twin: ".xml, .json", Identification: ".json, .html, .rrd", Controller: ".json, .mat, .c"}
     raise TwinError(
         f"{path}: a {type(thing).__name__} is not written as '{suffix}'; "
         f"{can.get(type(thing), '.json, .html, .rrd, .xml')} are"

@@ -11,6 +11,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from twin.cli.arguments import expanded
+from twin.cli.common import remember
 from twin.errors import TwinError
 from twin.files import replaced
 
@@ -61,6 +62,7 @@ def main(arguments: list[str] | None = None) -> None:
     signal.signal(signal.SIGTERM, _stopped)
     try:
         given = expanded(sys.argv[1:] if arguments is None else arguments)
+        remember(given)
         code = build()(args=given, prog_name="twin", standalone_mode=False)
     except TwinError as error:
         _refuse(str(error))

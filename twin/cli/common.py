@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -14,6 +15,7 @@ from rich.table import Table
 
 from twin.errors import TwinError
 from twin.files import check_folder, folder, write_whole
+from twin.provenance import Provenance, provenance
 
 Out = Annotated[
     Path | None, typer.Option("--out", metavar="DIR", help="Folder for the files it writes.")
@@ -29,6 +31,10 @@ WIDEST = 1000
 """Letters of the widest table."""
 
 
+_given: list[str] = []
+"""The arguments of the command that runs."""
+
+
 __all__ = [
     "Json",
     "Out",
@@ -37,9 +43,21 @@ __all__ = [
     "check_json_target",
     "console",
     "folder",
+    "made",
+    "remember",
     "write_json",
     "write_whole",
 ]
+
+
+def remember(arguments: Sequence[str]) -> None:
+    """Keep the command's arguments for the provenance of what it writes."""
+    _given[:] = arguments
+
+
+def made(files: Iterable[str | Path], seed: int | None) -> Provenance:
+    """Return the provenance of what the command that runs writes."""
+    return provenance(_given, files, seed)
 
 
 class Terminal(Console):

@@ -10,7 +10,16 @@ import typer
 from rich.console import Console
 from rich.progress import Progress, TaskID
 
-from twin.cli.common import Json, Out, Seed, check_folder, check_json_target, console, write_json
+from twin.cli.common import (
+    Json,
+    Out,
+    Seed,
+    check_folder,
+    check_json_target,
+    console,
+    made,
+    write_json,
+)
 from twin.errors import TwinError
 
 if TYPE_CHECKING:
@@ -155,11 +164,12 @@ def control_absorber(
     show(screen, result)
     if out is not None:
         written = [*export(controllers[0], out), write_run(outcomes[0], out / "run.csv")]
-        written += write_control(out, outcomes[0], plant, controllers[0], believed)
+        origin = made([model, *(recordings or []), *filter(None, [settings, earthquake])], seed)
+        written += write_control(out, outcomes[0], plant, controllers[0], believed, result, origin)
         write_json(result, str(out / "control.json"))
         screen.print(
-            f"{len(written) + 1} files in {out}: controller.c, .mat, .csv, run.csv, figures; "
-            f"look at it: twin view {written[-1]}"
+            f"{len(written) + 1} files in {out}: controller.c, .mat, .csv, run.csv, control.html, "
+            f"figures; look at it: twin view {written[-1]}"
         )
     write_json(result, json)
 

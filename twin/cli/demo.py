@@ -14,6 +14,7 @@ from twin.cli.common import (
     check_json_target,
     console,
     folder,
+    made,
     write_json,
 )
 
@@ -59,7 +60,8 @@ def demo(out: Out = None, seed: Seed = 0, json: Json = None) -> None:
         result = identify([performance.recording])
     print_identification(terminal, result, rig)
     with terminal.status("drawing"):
-        files = write_identification(target, result, rig, performance)
+        origin = made([target / "hammer.csv"], seed)
+        files = write_identification(target, result, rig, performance, origin)
     terminal.print(f"written: {', '.join(str(p) for p in [target / 'hammer.csv', *files])}")
     terminal.print(f"look at it: twin view {files[-1]}")
     from twin.cli.demo_concealed import find_concealed

@@ -6,6 +6,8 @@ from pathlib import Path
 
 from rich.console import Console
 
+from twin.cli.common import made
+
 MODEL = "two_storey_lumped"
 STIFFNESS = 2e6
 """Of the concealed cubic spring in the first storey [N/m^3]."""
@@ -22,9 +24,9 @@ def find_concealed(target: Path, terminal: Console, seed: int) -> None:
     from twin.laboratory import Analyser, Experiment, Hammer, RandomShaking, perform
     from twin.mechanisms.cubic_stiffness import CubicStiffness
     from twin.model import Twin
-    from twin.view.diagnosis_report import write_report
     from twin.view.diagnosis_rrd import write_diagnosis_rrd
     from twin.view.diagnosis_tables import print_diagnosis
+    from twin.view.page.diagnosis import write_report
 
     folder(target)
     bare = Twin.load(MODEL)
@@ -52,7 +54,7 @@ def find_concealed(target: Path, terminal: Console, seed: int) -> None:
     with terminal.status("diagnosing") as status:
         found = diagnose(bare, recordings[:2], recordings[2:], seed=seed, tell=status.update)
         paths.append(found.explained.export(target / "explained_twin.xml"))
-        paths.append(write_report(found, target / "diagnosis.html"))
+        paths.append(write_report(found, target / "diagnosis.html", made(paths[:3], seed)))
         paths.append(write_diagnosis_rrd(found, target / "diagnosis.rrd"))
     print_diagnosis(terminal, found)
     terminal.print(f"written: {', '.join(str(p) for p in paths)}")

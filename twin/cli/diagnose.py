@@ -17,12 +17,14 @@ from twin.cli.common import (
     check_json_target,
     console,
     folder,
+    made,
     write_json,
 )
 from twin.errors import TwinError
 
 if TYPE_CHECKING:
     from twin.diagnosis.result import Diagnosis
+    from twin.provenance import Provenance
 
 DEFAULT_FOLDER = Path("twin-diagnosis")
 TWIN_FILE = "explained_twin.xml"
@@ -110,7 +112,7 @@ def diagnose(
         document = as_json(result, str(path))
         write_json(document, str(target / "diagnosis.json"))
         status.update("drawing")
-        files = _show(result, target)
+        files = _show(result, target, made([model, *train, *test], seed))
     from twin.view.diagnosis_tables import print_diagnosis
 
     print_diagnosis(terminal, result)
@@ -119,12 +121,12 @@ def diagnose(
     write_json(document, json)
 
 
-def _show(result: Diagnosis, target: Path) -> list[Path]:
-    from twin.view.diagnosis_report import write_report
+def _show(result: Diagnosis, target: Path, origin: Provenance) -> list[Path]:
     from twin.view.diagnosis_rrd import write_diagnosis_rrd
+    from twin.view.page.diagnosis import write_report
 
     report, recording = target / "diagnosis.html", target / "diagnosis.rrd"
-    write_report(result, report)
+    write_report(result, report, origin)
     write_diagnosis_rrd(result, recording)
     return [report, recording]
 

@@ -15,6 +15,7 @@ from twin.cli.common import (
     check_json_target,
     console,
     folder,
+    made,
     write_json,
 )
 from twin.cli.convert import Map, Rate
@@ -92,7 +93,6 @@ def identify_recordings(
     from twin.signals.periods import last_periods, mean_period
     from twin.view.report import print_identification, write_identification
 
-    del seed  # nothing here is random; the option exists on every command
     if unseen and not period:
         raise TwinError("--unseen counts periods: say how long one is with --period")
     if period is not None and period < LEAST_SAMPLES:
@@ -117,7 +117,9 @@ def identify_recordings(
         result = identify(train, order, p, inputs, outputs, band, progress)
     errors = unseen_errors(result, kept)
     print_identification(terminal, result, truth, errors)
-    files = write_identification(folder(out or DEFAULT_FOLDER), result, truth)
+    origin = made([*recordings, *(tests or []), *([model] if model else [])], seed)
+    target = folder(out or DEFAULT_FOLDER)
+    files = write_identification(target, result, truth, made=origin, unseen=errors)
     terminal.print(f"written: {', '.join(str(path) for path in files)}")
     write_json(as_json(result) | {"unseen_nrmse": errors}, json)
 

@@ -71,8 +71,7 @@ class Trace:
         name: of the recording's file.
         role: "train" or "test".
         sampling_hz: samples per second.
-        inputs, outputs: names of the channels.
-        force: measured inputs, (samples, inputs).
+        inputs, outputs: names of the channels; force: measured inputs, (samples, inputs).
         measured, nominal, calibrated, explained: outputs, (samples, outputs); free runs.
         explained_ahead: two seconds ahead from the state before each window, (samples, outputs).
     """
@@ -92,7 +91,7 @@ class Trace:
 
 @dataclass(frozen=True)
 class Detection:
-    """How far the calibrated twin's one-step errors are from noise, one row an output channel.
+    """How far an output channel's one-step errors by the calibrated twin are from noise.
 
     Attributes:
         channel: name.
@@ -117,13 +116,14 @@ class ForcePicture:
 
     Attributes:
         place: a storey or a floor.
-        drift: estimated drift (or displacement) [m], (samples,).
-        rate: its rate [m/s], (samples,).
+        drift, rate: estimated drift (or displacement) [m] and its rate [m/s], (samples,).
         latent: estimated missing force [N], (samples,).
         law_drift: grid of drifts [m], (grid,).
-        law: the explained law's force on the grid at zero rate [N], (grid,), or None.
-        law_std: its standard deviation [N], (grid,), or None.
+        law, law_std: the law's force there at zero rate and its deviation [N], (grid,), or None.
         cycle: drift, force of the explained law along a piece of the motion, (samples, 2), or None.
+        unit: of the motion, "m" or "rad"; the force is then in N or in N m.
+        law_rate: grid of rates that ``law`` and ``law_std`` are over instead, (grid,), or None.
+        piece: time, missing force, the law's and its deviation for a while, (samples, 4), or None.
     """
 
     place: str
@@ -134,6 +134,9 @@ class ForcePicture:
     law: Array | None = None
     law_std: Array | None = None
     cycle: Array | None = None
+    unit: str = "m"
+    law_rate: Array | None = None
+    piece: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -169,7 +172,7 @@ class Diagnosis(Presentable):
         where: gain in log likelihood of a latent force at every place.
         detection: one an output channel.
         screening: all candidates: mechanism, place, promised gain in log likelihood.
-        force: pictures of the missing force, the guilty place first.
+        force: pictures of the missing force, the located place first.
         traces: every recording beside its simulations.
         nominal, calibrated, explained: the three twins.
         channel_faults: faults among the findings, which the twins do not hold.
@@ -206,10 +209,8 @@ class Diagnosis(Presentable):
         for finding in self.findings:
             mechanism = finding.mechanism
             values = ", ".join(f"{name} {value:.4g}" for name, value in mechanism.values.items())
-            yield (
-                f"{mechanism.name} at {mechanism.place}",
-                f"probability {finding.probability:.3g}: {values}",
-            )
+            what = f"{mechanism.name} at {mechanism.place}"
+            yield what, f"probability {finding.probability:.3g}: {values}"
         test = self.fit.test
         before, after = 100 * test.calibrated, 100 * test.explained
         yield "unseen recordings", f"error {before:.3g} % of RMS before, {after:.3g} % after"
@@ -249,8 +250,8 @@ def as_json(diagnosis: Diagnosis, twin: str | None) -> dict[str, Any]:
         }
 
     def errors(fits: Fits) -> dict[str, Any]:
-        return {role: {k: float(v) for k, v in vars(getattr(fits, role)).items()}
-                for role in ("train", "test")}  # fmt: skip
+        roles = {"train": fits.train, "test": fits.test}
+        return {role: {k: float(v) for k, v in vars(e).items()} for role, e in roles.items()}
 
     following = diagnosis.next_experiment
     return {

@@ -9,6 +9,7 @@ FORCE = "#CC79A7"
 REJECTED = "#999999"
 FRAME = "#B8C4D0"
 GROUND = "#6B7480"
+LOCATED = "#D55E00"
 
 SERIES = ("#56B4E9", "#E69F00", "#009E73", "#CC79A7", "#D55E00", "#F0E442")
 """For what comes in any number: outputs, modes."""

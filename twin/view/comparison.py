@@ -147,16 +147,22 @@ def _at(values: Array | None, index: int, scale: float = 1.0) -> float | None:
     return None if values is None else scale * float(values[index])
 
 
-def _mac(a: ModalModel, mode_a: int, b: ModalModel, mode_b: int) -> float | None:
+def same_rows(a: ModalModel, b: ModalModel) -> tuple[Array, Array]:
+    """Return the rows of two models' shapes that are at the same places, (common,) each."""
     theirs = {place_of(name): row for row, name in enumerate(b.outputs)}
     common = [
         (row, theirs[place_of(name)])
         for row, name in enumerate(a.outputs)
         if place_of(name) in theirs
     ]
-    if len(common) < 2:
+    mine, other = (np.array([pair[k] for pair in common], int) for k in (0, 1))
+    return mine, other
+
+
+def _mac(a: ModalModel, mode_a: int, b: ModalModel, mode_b: int) -> float | None:
+    mine, other = same_rows(a, b)
+    if len(mine) < 2:
         return None
-    mine, other = (np.array(rows) for rows in zip(*common, strict=True))
     return float(
         mac(a.mode_shape[mine, mode_a][:, None], b.mode_shape[other, mode_b][:, None])[0, 0]
     )

@@ -8,27 +8,15 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 from numpy.typing import NDArray
 
-from twin.diagnosis.result import Detection, Diagnosis, Finding, Trace
-from twin.place import split_channel
-from twin.quantity import KIND_NAMES
-from twin.view.colours import GROUND, IDENTIFIED, MEASURED, REJECTED, SERIES, TRUE
-from twin.view.diagnosis_words import (
-    p_value,
-    percent,
-    place_words,
-    printable,
-    probability,
-)
+from twin.diagnosis.result import Diagnosis, Trace
+from twin.view.colours import GROUND, IDENTIFIED, MEASURED, REJECTED, TRUE
+from twin.view.diagnosis_words import percent, printable
 from twin.view.figures import unit_of
 
 Array = NDArray[np.float64]
 
-GUILTY = "#D55E00"
 SHOWN_CHANNELS = 4
-SHOWN_CANDIDATES = 12
 WINDOW_S = 4.0
-DECISIVE = 10.0
-"""BIC above which the evidence counts as very strong (Kass and Raftery 1995)."""
 FONT = {"fontsize": 10, "parse_math": False}
 
 
@@ -43,13 +31,10 @@ def before_after(trace: Trace, window_s: float = WINDOW_S) -> Figure:
     The window is the one in which the explanation takes most of the error away; the worst
     calibrated channels are drawn. Errors in the legends are those of the whole recording.
     """
-    scale = np.sqrt(np.mean(trace.measured**2, axis=0))
-    scale = np.where(scale > 0, scale, 1.0)
     residual = {n: getattr(trace, n) - trace.measured for n in ("calibrated", "explained")}
-    error = {n: np.sqrt(np.mean(r**2, axis=0)) / scale for n, r in residual.items()}
-    shown = sorted(np.argsort(-error["calibrated"], kind="stable")[:SHOWN_CHANNELS])
-    lost = ((residual["calibrated"] / scale) ** 2 - (residual["explained"] / scale) ** 2).sum(1)
-    start, stop = _telling(lost, round(window_s * trace.sampling_hz))
+    error = {n: channel_errors(trace, n) for n in residual}
+    shown = worst_channels(trace)
+    start, stop = telling(trace, window_s)
     time = np.arange(start, stop) / trace.sampling_hz
     count = len(shown)
     figure = Figure(figsize=(9, 0.8 + 2.9 * count), layout="constrained")
@@ -82,9 +67,28 @@ def before_after(trace: Trace, window_s: float = WINDOW_S) -> Figure:
     return figure
 
 
-def _telling(lost: Array, samples: int) -> tuple[int, int]:
-    """Return start and stop of the window with the largest sum."""
-    samples = min(max(samples, 2), len(lost))
+def channel_errors(trace: Trace, which: str) -> Array:
+    """Return the NRMSE of a twin ("calibrated", "explained") by output, (outputs,)."""
+    scale = np.sqrt(np.mean(trace.measured**2, axis=0))
+    residual = getattr(trace, which) - trace.measured
+    return np.asarray(np.sqrt(np.mean(residual**2, axis=0)) / np.where(scale > 0, scale, 1.0))
+
+
+def worst_channels(trace: Trace) -> list[int]:
+    """Return the outputs that the calibrated twin predicts worst, in the recording's order."""
+    order = np.argsort(-channel_errors(trace, "calibrated"), kind="stable")[:SHOWN_CHANNELS]
+    return sorted(int(c) for c in order)
+
+
+def telling(trace: Trace, window_s: float) -> tuple[int, int]:
+    """Return start and stop of the window in which the explanation takes most of the error away."""
+    scale = np.sqrt(np.mean(trace.measured**2, axis=0))
+    scale = np.where(scale > 0, scale, 1.0)
+    before, after = (
+        (getattr(trace, n) - trace.measured) / scale for n in ("calibrated", "explained")
+    )
+    lost = (before**2 - after**2).sum(axis=1)
+    samples = min(max(round(window_s * trace.sampling_hz), 2), len(lost))
     total = np.concatenate([[0.0], np.cumsum(lost)])
     start = int(np.argmax(total[samples:] - total[:-samples]))
     return start, start + samples
@@ -122,96 +126,6 @@ def errors(diagnosis: Diagnosis) -> Figure:
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=4,
                   frameon=False, fontsize=9)  # fmt: skip
     return figure
-
-
-def ranking(diagnosis: Diagnosis) -> Figure:
-    """Draw what the candidates promised, and how far behind the best the confirmed ones are."""
-    promised = sorted(diagnosis.screening, key=lambda row: -row[2])[:SHOWN_CANDIDATES]
-    confirmed = (*diagnosis.findings[:1], *diagnosis.alternatives)
-    kept = {(f.mechanism.name, f.location) for f in confirmed[1:]}
-    best = {(f.mechanism.name, f.location) for f in confirmed[:1]}
-    longest = max(len(promised), len(confirmed), 4)
-    figure = Figure(figsize=(11, 1.5 + 0.32 * longest), layout="constrained")
-    left, right = figure.subplots(1, 2)
-    gains = [max(gain, 0.0) for *_, gain in promised]
-    colours = [
-        GUILTY if (name, place) in best else IDENTIFIED if (name, place) in kept else REJECTED
-        for name, place, _ in promised
-    ]
-    labels = [_candidate(name, place) for name, place, _ in promised]
-    bars = left.barh(np.arange(len(gains)), gains, color=colours)
-    left.bar_label(bars, [f"{g:.3g}" for g in gains], fontsize=8, padding=3)
-    _rows(left, labels)
-    left.set_xscale("symlog", linthresh=10)
-    left.set_xlabel("promised gain in log likelihood [nat]")
-    left.set_title("screened: a first guess, linearised", fontsize=10)
-    _confirmed(right, confirmed)
-    return figure
-
-
-def _confirmed(ax: Axes, confirmed: tuple[Finding, ...]) -> None:
-    behind = [max(f.delta_bic, 0.0) for f in confirmed]
-    colours = [GUILTY if row == 0 else IDENTIFIED for row in range(len(confirmed))]
-    bars = ax.barh(np.arange(len(behind)), behind, color=colours)
-    texts = [
-        f"{'best' if row == 0 else f'{behind[row]:.3g}'}; {probability(f.probability)}"
-        for row, f in enumerate(confirmed)
-    ]
-    ax.bar_label(bars, texts, fontsize=8, padding=3)
-    _rows(ax, [_candidate(f.mechanism.name, f.location) for f in confirmed])
-    ax.axvline(DECISIVE, color=GROUND, lw=0.8, ls="--", label=f"{DECISIVE:g}: very strong evidence")
-    ax.set_xscale("symlog", linthresh=10)
-    ax.set_xlim(0, max([5 * max(behind, default=0.0), 100.0]))
-    ax.set_xlabel("BIC above that of the best")
-    ax.set_title("confirmed by a full fit; probability", fontsize=10)
-    ax.legend(loc="upper left", bbox_to_anchor=(0, -0.17), frameon=False, fontsize=8)
-
-
-def _candidate(name: str, place: str) -> str:
-    return f"{name.replace('_', ' ')}, {place_words(place).removeprefix('channel ')}"
-
-
-def _rows(ax: Axes, labels: list[str]) -> None:
-    ax.set_yticks(np.arange(len(labels)), labels, fontsize=9, parse_math=False)
-    ax.set_ylabel("candidate")
-    ax.set_ylim(max(len(labels), 4) - 0.4, -0.6)
-    ax.grid(alpha=0.3, axis="x")
-    ax.margins(x=0.25)
-
-
-def detection(diagnosis: Diagnosis) -> Figure:
-    """Draw the one-step error over the noise against the level of the training recordings."""
-    kinds: dict[str, list[Detection]] = {}
-    for row in diagnosis.detection:
-        channel = split_channel(row.channel)
-        kinds.setdefault(channel[0] if channel else "channel", []).append(row)
-    count = max(len(kinds), 1)
-    figure = Figure(figsize=(max(4.6 * count, 7), 4.2), layout="constrained")
-    axes = figure.subplots(1, count, sharey=True, squeeze=False)[0]
-    for ax, (kind, rows) in zip(axes, kinds.items(), strict=False):
-        for number, row in enumerate(rows):
-            level = np.asarray(row.level, float).reshape(-1, 2)
-            level = level[np.argsort(level[:, 0])]
-            ax.loglog(
-                level[:, 0], level[:, 1], "os^v"[number % 4] + "-", lw=0.8, ms=6,
-                color=SERIES[number % len(SERIES)],
-                label=f"{row.channel}: {row.excess:.3g} times noise, p {_equals(row.p_value)}",
-            )  # fmt: skip
-        ax.axhline(1, color=GROUND, lw=1, ls="--", label="noise alone")
-        quantity = KIND_NAMES.get(kind, kind)
-        ax.set_xlabel(f"RMS {quantity} of a training recording [{unit_of(rows[0].channel)}]")
-        ax.grid(alpha=0.3, which="both")
-        for axis in (ax.xaxis, ax.yaxis):
-            axis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
-            axis.set_minor_formatter(FuncFormatter(lambda v, _: ""))
-        _legend(ax, 1)
-    axes[0].set_ylabel("one-step error over noise")
-    return figure
-
-
-def _equals(value: float) -> str:
-    text = p_value(value)
-    return text if text.startswith("<") else f"= {text}"
 
 
 def _legend(ax: Axes, columns: int) -> None:

@@ -23,7 +23,7 @@ RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 FINDING_HEADERS = ("what", "where", "values", "probability")
 FIT_HEADERS = ("error, share of RMS", "nominal", "calibrated", "explained", "noise floor")
-DETECTION_HEADERS = ("channel", "error / noise", "p (white)", "most at", "born at")
+DETECTION_HEADERS = ("channel", "error / noise", "p (white)", "most at", "onset")
 VERDICTS = {
     "consistent": "consistent",
     "parameter": "a parameter is off",
@@ -50,20 +50,25 @@ def gist(mechanism: Mechanism) -> str:
     return text.strip().split("\n", 1)[0]
 
 
-def place_words(place: str) -> str:
-    """Return "storey 1" for "storey1", "channel acc_floor1" for a channel."""
-    if "+" in place:
-        return f"channels {' and '.join(place.split('+'))}"
+def place_words(place: str, channel: bool = False) -> str:
+    """Return "storey 1" for "storey1", "channel acc_floor1" for a channel, else the port's name."""
+    if channel or "+" in place:
+        return f"{'channels' if '+' in place else 'channel'} {' and '.join(place.split('+'))}"
     try:
         parsed = Place.parse(place)
     except ValueError:
-        return f"channel {place}"
+        return place
     return f"{parsed.kind} {parsed.number}" if parsed.number else f"the {parsed.kind}"
+
+
+def where_words(mechanism: Mechanism) -> str:
+    """Return "storey 1", "channel acc_floor1" or "hinge5", as what the mechanism sits on."""
+    return place_words(mechanism.place, mechanism.on in ("channel", "channels"))
 
 
 def located(mechanism: Mechanism) -> str:
     """Return "cubic stiffness in storey 1"."""
-    words = place_words(mechanism.place)
+    words = where_words(mechanism)
     inside = "in" if words.startswith(("storey", "channel")) else "at"
     return f"{named(mechanism)} {inside} {words}"
 
@@ -170,12 +175,23 @@ def proof_sentence(diagnosis: Diagnosis) -> str:
     )
 
 
+def share_sentence(diagnosis: Diagnosis) -> str:
+    """Return how much of what is missing the first finding accounts for; "" where unknown."""
+    found = [f for f in diagnosis.findings[:1] if f.explained is not None]
+    if not found or found[0].explained is None:
+        return ""
+    rest = found[0].unexplained
+    left = "" if rest is None else f"; {percent(rest)} there has no name"
+    what, share = located(found[0].mechanism), probability(found[0].explained)
+    return f"{what[0].upper()}{what[1:]} accounts for {share} of the missing force{left}."
+
+
 def finding_rows(findings: Iterable[Finding]) -> list[tuple[str, str, str, str]]:
     """Return the cells under ``FINDING_HEADERS``; the values are lines."""
     return [
         (
             named(f.mechanism),
-            place_words(f.location),
+            where_words(f.mechanism),
             "\n".join(f"{name} = {text}" for name, text, _ in values(f)) or "-",
             probability(f.probability),
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -13,10 +14,11 @@ from numpy.typing import NDArray
 from twin.files import write_whole
 from twin.identification.response import identified_response
 from twin.identification.result import Identification
+from twin.identification.stabilisation import FREQUENCY_TOLERANCE, StablePole, persistent_poles
 from twin.place import split_channel
 from twin.quantity import SI_UNIT
 from twin.recording import Recording
-from twin.signals.frf import measured_response
+from twin.signals.frf import FrequencyResponse, measured_response
 from twin.view.colours import FORCE, GROUND, IDENTIFIED, MEASURED, REJECTED
 from twin.view.deflection import HALF_SPAN, HEIGHT, beam, mode_shapes
 
@@ -24,6 +26,8 @@ Array = NDArray[np.float64]
 
 DPI = 120
 SHOWN_SINGULAR_VALUES = 30
+SAME_COLUMN = 2 * FREQUENCY_TOLERANCE
+"""Share by which the frequencies of a column differ, as in ``persistent_poles``."""
 
 
 def save(figure: Figure, path: Path) -> Path:
@@ -74,8 +78,27 @@ def _label(ax: Axes, name: str, recording: Recording) -> None:
     ax.grid(alpha=0.3)
 
 
-def frequency_responses(result: Identification) -> Figure:
-    """Draw measured and identified FRFs, magnitude above phase, one column an input."""
+@dataclass(frozen=True)
+class Responses:
+    """Measured and identified frequency responses, ready to be drawn.
+
+    Attributes:
+        measured: by H1; ``shown`` are its lines that are excited and in the band, (lines,).
+        shown: which.
+        freq: frequencies of the identified ones, every resonance among them [Hz], (points,).
+        H: identified, (points, outputs, inputs).
+        top_hz: end of the band [Hz].
+    """
+
+    measured: FrequencyResponse
+    shown: NDArray[np.bool_]
+    freq: Array
+    H: NDArray[np.complex128]
+    top_hz: float
+
+
+def responses(result: Identification, points: int = 4000) -> Responses:
+    """Return frequency responses of an identification, measured and identified."""
     records = [
         (
             np.column_stack(
@@ -88,10 +111,16 @@ def frequency_responses(result: Identification) -> Figure:
     measured = measured_response(records, result.sampling_hz)
     top = result.fit.w_max / (2 * np.pi) if result.fit else result.sampling_hz / 2
     shown = measured.excited() & (measured.frequency_hz <= 1.1 * top)
-    freq = np.linspace(max(measured.frequency_hz[1], top / 1000), top, 4000)
+    freq = np.linspace(max(measured.frequency_hz[1], top / 1000), top, points)
     # A resonance is narrower than any grid: its peak is put on the grid.
     freq = np.sort(np.concatenate([freq, result.modal.natural_freq]))
-    H = identified_response(result, freq)
+    return Responses(measured, shown, freq, identified_response(result, freq), top)
+
+
+def frequency_responses(result: Identification) -> Figure:
+    """Draw measured and identified FRFs, magnitude above phase, one column an input."""
+    found = responses(result)
+    measured, shown, freq, H, top = found.measured, found.shown, found.freq, found.H, found.top_hz
     count = len(result.inputs)
     figure = Figure(figsize=(5.2 * count + 3.2, 6.2), layout="constrained")
     axes = figure.subplots(
@@ -160,15 +189,28 @@ def _empty(text: str) -> Figure:
     return figure
 
 
+def lasting_poles(diagram: Sequence[StablePole]) -> list[bool]:
+    """Return which poles are stable and belong to a column that most orders share.
+
+    By chance a pole of noise agrees with one of the order before, now and then: that is no mode.
+    """
+    columns = np.abs(persistent_poles(diagram)) / (2 * np.pi)
+    return [
+        pole.stable and bool(np.any(np.abs(columns / pole.frequency_hz - 1) < SAME_COLUMN))
+        for pole in diagram
+    ]
+
+
 def stabilisation_diagram(result: Identification) -> Figure:
     """Draw the poles of every order, stable or not, and the identified modes."""
     figure = Figure(figsize=(8, 4.6), layout="constrained")
     ax = figure.subplots()
-    for stable, colour, label, marker in (
-        (False, REJECTED, "not yet stable", "x"),
-        (True, MEASURED, "stable", "o"),
+    lasting = lasting_poles(result.diagram)
+    for stays, colour, label, marker in (
+        (False, REJECTED, "comes and goes", "x"),
+        (True, MEASURED, "stays", "o"),
     ):
-        poles = [p for p in result.diagram if p.stable is stable]
+        poles = [p for p, lasts in zip(result.diagram, lasting, strict=True) if lasts is stays]
         ax.plot(
             [p.frequency_hz for p in poles], [p.order for p in poles], marker, color=colour,
             ms=4, mew=0.9, label=label, ls="none",

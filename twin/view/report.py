@@ -11,8 +11,10 @@ from twin.identification.from_responses import ResponseIdentification
 from twin.identification.result import Identification
 from twin.laboratory import Performance
 from twin.model import Twin
+from twin.provenance import Provenance
 from twin.view import figures
 from twin.view.comparison import Row, matrix_rows, modal_rows
+from twin.view.page.identification import write_identification_page
 from twin.view.rrd import write_rrd
 from twin.view.tables import channel_table, parameter_table
 
@@ -77,8 +79,21 @@ def write_identification(
     result: Identification,
     truth: Twin | None = None,
     performance: Performance | None = None,
+    made: Provenance | None = None,
+    unseen: Mapping[str, float] | None = None,
 ) -> list[Path]:
-    """Write every figure and the Rerun recording into ``folder``; return their paths."""
-    files = [figures.save(draw(result), folder / f"{n}.png") for n, draw in FIGURES.items()]
+    """Write the report, every figure and the Rerun recording into ``folder``; return their paths.
+
+    Args:
+        folder: where they go.
+        result: what was identified.
+        truth: the twin the recording was made on, or None.
+        performance: the virtual test, whose motion is shown, or None.
+        made: where the result comes from.
+        unseen: error on each recording that the fit has not seen, share of RMS.
+    """
+    page = folder / "identification.html"
+    files = [write_identification_page(page, result, truth, made, unseen)]
+    files += [figures.save(draw(result), folder / f"{n}.png") for n, draw in FIGURES.items()]
     files.append(write_rrd(folder / "identification.rrd", result, truth, performance))
     return files

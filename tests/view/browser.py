@@ -1,0 +1,80 @@
+"""A headless Chromium, driven by its own command line: no driver has to be installed."""
+
+import json
+import re
+import shutil
+import subprocess
+
+import pytest
+
+NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
+SECONDS = 60
+
+DRAG = """
+<script>
+addEventListener("load", () => {
+  const found = { errors: [] };
+  addEventListener("error", event => found.errors.push(String(event.message)));
+  addEventListener("unhandledrejection", event => found.errors.push(String(event.reason)));
+  const wait = setInterval(async () => {
+    if (document.body.dataset.ready !== "yes") return;
+    clearInterval(wait);
+    for (const fold of document.querySelectorAll("details")) fold.open = true;
+    await new Promise(done => setTimeout(done, 1500));
+    const all = [...document.querySelectorAll(".plot")];
+    found.drawn = all.filter(p => p.querySelector("svg.main-svg")).length;
+    found.plots = all.length;
+    const plot = all.find(p => p.dataset.link) || all[0];
+    const box = plot.querySelector(".nsewdrag").getBoundingClientRect();
+    const at = (type, share) => new MouseEvent(type, {
+      bubbles: true, cancelable: true, view: window, buttons: 1,
+      clientX: box.left + share * box.width, clientY: box.top + box.height / 2 });
+    const link = plot.dataset.link;
+    const others = all.filter(p => p !== plot && link && p.dataset.link === link);
+    found.before = plot.layout.xaxis.range.map(Number);
+    const target = plot.querySelector(".nsewdrag");
+    target.dispatchEvent(at("mousedown", 0.3));
+    for (const share of [0.4, 0.5, 0.6]) document.dispatchEvent(at("mousemove", share));
+    document.dispatchEvent(at("mouseup", 0.6));
+    await new Promise(done => setTimeout(done, 1000));
+    found.after = plot.layout.xaxis.range.map(Number);
+    found.linked = others.map(p => p.layout.xaxis.range.map(Number));
+    const button = document.querySelector(".keys button");
+    button.click();
+    found.pressed = button.getAttribute("aria-pressed");
+    found.width = document.documentElement.scrollWidth;
+    const out = document.createElement("pre");
+    out.id = "found";
+    out.textContent = JSON.stringify(found);
+    document.body.append(out);
+  }, 100);
+});
+</script>
+"""
+
+
+def chromium():
+    """Return the path of a browser, or skip the test."""
+    found = next(filter(None, map(shutil.which, NAMES)), None)
+    if found is None:
+        pytest.skip(f"no browser is installed; one of {', '.join(NAMES)} is needed")
+    return found
+
+
+def opened(html, folder, width=1200):
+    """Open a page, draw all its plots, zoom one by dragging; return what was seen."""
+    page = folder / "dragged.html"
+    page.write_text(html.replace("<head>", "<head>" + DRAG, 1), encoding="utf-8")
+    done = subprocess.run(
+        [
+            chromium(), "--headless=new", "--no-sandbox", "--disable-gpu", "--dump-dom",
+            "--enable-logging=stderr", "--virtual-time-budget=60000",
+            f"--window-size={width},900", f"--user-data-dir={folder / 'profile'}", page.as_uri(),
+        ],
+        capture_output=True, text=True, timeout=SECONDS, check=False,
+    )  # fmt: skip
+    match = re.search(r'<pre id="found">(.*?)</pre>', done.stdout, re.S)
+    assert match, done.stderr[-2000:]
+    seen = json.loads(match[1].replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&"))
+    seen["console"] = [line for line in done.stderr.splitlines() if "CONSOLE" in line]
+    return seen

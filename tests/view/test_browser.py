@@ -1,0 +1,40 @@
+"""Every report in a real browser: it draws, zooms, links, and says nothing on the console."""
+
+import pytest
+from browser import chromium, opened
+from control_example import control_page
+from diagnosis_example import SLIP, consistent, diagnosis
+
+from twin.provenance import provenance
+from twin.view.page.diagnosis import report
+from twin.view.page.identification import page
+from twin.view.page.render import render
+
+
+@pytest.fixture(scope="module")
+def pages(identification):
+    chromium()
+    return {
+        "diagnosis": report(diagnosis(SLIP)),
+        "consistent": report(consistent()),
+        "identification": render(page(identification, None, provenance(), {})),
+        "control": render(control_page()),
+    }
+
+
+@pytest.mark.parametrize("name", ["diagnosis", "consistent", "identification", "control"])
+def test_a_browser_draws_and_zooms_without_an_error(pages, name, tmp_path):
+    seen = opened(pages[name], tmp_path)
+    assert seen["errors"] == []
+    assert seen["console"] == []
+    assert seen["drawn"] == seen["plots"] > 0
+    (low, high), (a, b) = seen["before"], seen["after"]
+    assert a == pytest.approx(low + 0.3 * (high - low), abs=0.02 * (high - low))
+    assert b == pytest.approx(low + 0.6 * (high - low), abs=0.02 * (high - low))
+    assert seen["pressed"] == "false"
+
+
+def test_plots_of_one_kind_zoom_together(pages, tmp_path):
+    seen = opened(pages["control"], tmp_path)
+    assert seen["linked"]
+    assert all(other == pytest.approx(seen["after"]) for other in seen["linked"])

@@ -1,0 +1,112 @@
+"""An identification as one HTML file: modes first, then how far they can be believed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from twin.identification.result import Identification
+from twin.model import Twin
+from twin.provenance import Provenance, provenance
+from twin.view.comparison import Row, matrix_rows, modal_rows
+from twin.view.diagnosis_words import printable, quantity
+from twin.view.page import identification_plots as plots
+from twin.view.page.blocks import Block, Items, Page, Section, Table, Text
+from twin.view.page.render import write_page
+from twin.view.tables import BOUND_NOTE, table_columns
+
+NAMED = 4
+"""Modes that the first sentence names."""
+
+
+def write_identification_page(
+    path: Path,
+    result: Identification,
+    truth: Twin | None = None,
+    made: Provenance | None = None,
+    unseen: Mapping[str, float] | None = None,
+) -> Path:
+    """Write the report whole or not at all.
+
+    Args:
+        path: the .html file.
+        result: what was identified.
+        truth: the twin the recording was made on, or None.
+        made: where it comes from; date and versions alone without.
+        unseen: error on each recording that the fit has not seen, share of RMS.
+    """
+    return write_page(page(result, truth, made or provenance(), unseen or {}), path)
+
+
+def page(
+    result: Identification, truth: Twin | None, made: Provenance, unseen: Mapping[str, float]
+) -> Page:
+    """Return the report: modes, how well they predict, responses, shapes, matrices."""
+    true_modes = truth.modes() if truth else None
+    rows = modal_rows(result, true_modes)
+    matrices = matrix_rows(
+        result.second_order, truth.second_order() if truth else None, result.second_order_std
+    )
+    others = [plots.time_histories(result, i) for i in range(1, len(result.recordings))]
+    sections = [
+        Section("Modes", [Table(*table_columns(rows)), Text(BOUND_NOTE)] if rows else []),
+        Section("Measured beside the model", _predicted(result, unseen)),
+        Section("Frequency responses", [*plots.frequency_responses(result), *_stable(result)]),
+        Section("Against the truth", _errors((*rows, *matrices))),
+        Section("Mode shapes", plots.shapes(result.modal)),
+        Section("Masses, stiffnesses, dampings", _matrices(result, truth)),
+        Section("All entries", [Table(*table_columns(matrices))] if matrices else [], folded=True),
+        Section("Order", [plots.singular_values(result)] if len(result.singular_values) else [],
+                folded=True),
+        Section("Other recordings", others, folded=True),
+        Section("Notes", [Items([result.route, *map(printable, result.notes)])]),
+    ]  # fmt: skip
+    return Page(_title(result), _lead(result, unseen), [s for s in sections if s.blocks], made)
+
+
+def _title(result: Identification) -> str:
+    modal = result.modal
+    count = len(modal.natural_freq)
+    if not count:
+        return "No mode was identified"
+    std = modal.natural_freq_std
+    named = [
+        quantity(float(f), float("nan") if std is None else float(std[i]), "Hz")
+        for i, f in enumerate(modal.natural_freq[:NAMED])
+    ]
+    more = "" if count <= NAMED else f" and {count - NAMED} more"
+    return f"{count} mode{'s' * (count > 1)}: {', '.join(named)}{more}"
+
+
+def _lead(result: Identification, unseen: Mapping[str, float]) -> str:
+    files = ", ".join(dict.fromkeys(printable(r.source) for r in result.recordings))
+    text = f"From {files}: the model reproduces the outputs to {100 * result.nrmse:.2g} % of RMS"
+    if unseen:
+        worst = max(unseen.values())
+        text += f", recordings that the fit has not seen to {100 * worst:.2g} % or better"
+    return f"{text}."
+
+
+def _predicted(result: Identification, unseen: Mapping[str, float]) -> list[Block]:
+    out: list[Block] = [plots.time_histories(result)] if result.recordings else []
+    if unseen:
+        rows = [(printable(name), f"{100 * error:.2f} %") for name, error in unseen.items()]
+        out.append(Table(("recording the fit has not seen", "error, share of RMS"), rows))
+    return out
+
+
+def _stable(result: Identification) -> list[Block]:
+    return [plots.stabilisation(result)] if result.diagram else []
+
+
+def _errors(rows: tuple[Row, ...]) -> list[Block]:
+    known = [row for row in rows if row.error_in_std is not None]
+    return [plots.parameter_errors(known)] if known else []
+
+
+def _matrices(result: Identification, truth: Twin | None) -> list[Block]:
+    out: list[Block] = list(plots.matrices(result, truth.modes() if truth else None))
+    if result.alpha is not None and result.beta is not None:
+        text = f"Proportional damping: α = {result.alpha:.4g} 1/s, β = {result.beta:.4g} s."
+        out.append(Text(text))
+    return out
