@@ -11,7 +11,10 @@ from twin.identification import wide_result
 from twin.identification.clusters import clusters, diagram
 from twin.identification.complex_frequency import denominator
 from twin.identification.identify import identify
-from twin.identification.segments import segments
+from twin.identification.records import prepare
+from twin.identification.segments import families, segments, starting_drive
+from twin.identification.separable import solve
+from twin.identification.separable_terms import Drive, Terms
 from twin.identification.spectra import spectrum
 from twin.identification.unseen import unseen_nrmse
 from twin.identification.wide_band import fit_wide, starting_poles
@@ -101,3 +104,29 @@ def test_poles_that_share_a_bandwidth_and_a_shape_are_listed_as_one(monkeypatch)
     assert found.modal.natural_freq[0] == pytest.approx(300, rel=1e-3)
     assert 1.2 < 2 * np.pi * 300 * found.modal.damping_ratio[0] < 3.3
     assert found.nrmse < 0.05
+
+
+def test_a_broad_pole_between_two_resonances_does_not_make_them_one():
+    """One sensor: every shape is alike, only distance parts modes."""
+    omega = np.array([1000.0, 1010.0, 1020.0])
+    drive = Drive(omega, np.array([1e-3, 1.2e-2, 1e-3]), np.ones((3, 1), complex), np.zeros(3, int))
+    found = families(drive, np.array([[1.0, 0.5, 0.9]], complex))
+    assert [list(members) for members in found] == [[0, 1], [2]]
+
+
+def test_a_neighbour_keeps_its_pole():
+    """It has no lines of its own in the segment and would settle on another mode's."""
+    (s,) = spectra(0.01)[:1]
+    terms = Terms((s,), "held", (0, 2, -2), float(s.omega[-1]))
+    first = starting_drive(poles(), terms)
+    here, _ = solve(first, terms, np.ones(s.Y.shape), 1e-6, 3, held=np.array([0, 9]))
+    np.testing.assert_array_equal(here.omega[[0, 9]], first.omega[[0, 9]])
+    assert np.all(here.omega[1:9] != first.omega[1:9])
+
+
+def test_a_hit_early_in_the_record_starts_at_rest_though_the_filter_rings_before_it():
+    u, y = record(0, 4096, 0.0, 0)
+    u[28:40, 0] = 2 * (-1.0) ** np.arange(12)
+    u, y = u[30:], y[30:]
+    hit = Recording.build(RATE, {"force_floor1": u[:, 0], "acc_floor1": y[:, 0]}, source="hit")
+    assert not prepare([hit]).wide_spectra((40, 700))[0].transient

@@ -24,6 +24,9 @@ WINDOW_MARGIN = 8
 EDGE_SAMPLES = 8
 EDGE_COLUMNS = 128
 STILL_AT_EDGES = 1e-3
+RISE = 0.1
+"""Share of its peak at which a force has begun; an anti-alias filter rings below it."""
+
 AT_REST = 0.01
 """Share of the peak: an earlier hit's motion below it costs less than unknowns would."""
 
@@ -90,13 +93,21 @@ class Records:
         for s, u, y, hit in zip(
             self.spectra(band_hz, edges=False), self.u, self.y, self.hits, strict=True
         ):
-            calm = hit is not None and hit[0] > 0 and _calm_before(y, hit[0])
+            calm = hit is not None and _calm_before(y, _rise(u))
             found.append(replace(s, transient=not calm, from_rest=u if calm else None))
         return found
 
 
+def _rise(u: Array) -> int:
+    """Return the first sample of a hit proper: what precedes it is the filter's ringing."""
+    size = np.max(np.abs(u) / np.maximum(np.abs(u).max(axis=0), SMALLEST), axis=1)
+    return int(np.argmax(size > RISE))
+
+
 def _calm_before(y: Array, hit: int) -> bool:
     """Whether what moves before the hit is less than a hundredth of what moves after it."""
+    if hit == 0:
+        return False
     before = y[:hit] - y.mean(axis=0)
     return bool(np.all(np.sqrt(np.mean(before**2, axis=0)) < AT_REST * np.abs(y).max(axis=0)))
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import connected_components
 
 from twin.errors import IdentificationError
 from twin.identification.separable import Projected, project, solve, start_drive
@@ -114,7 +113,7 @@ def refine_segment(drive: Drive, segment: Segment, terms: Terms, last: bool) -> 
     criterion charges for its unknowns. The last time, modes that the residual asks for come in.
 
     Returns:
-        The refined modes that began inside the segment.
+        The refined modes inside the segment.
     """
     inside = segment.holds(drive.omega)
     order = np.argsort(drive.omega)
@@ -128,13 +127,12 @@ def refine_segment(drive: Drive, segment: Segment, terms: Terms, last: bool) -> 
     here = Drive(drive.omega[members], drive.zeta[members], drive.v[members], drive.anchor[members])
     floor = 1e-14 * np.mean(np.abs(own.Y) ** 2, axis=0) + np.finfo(float).tiny
     weight = level_weights(own.Y, floor)
-    mine = inside[members]
     own_low, own_high = (min(s.omega[0] for s in terms.spectra), terms.w_max)
     steps = MOST_STEPS if last else FIRST_STEPS
     for _ in range(ROUNDS if last else 1):
-        here, done = solve(here, own, weight, TOLERANCE, steps)
+        here, done = solve(here, own, weight, TOLERANCE, steps, _outside(here, segment))
         weight = level_weights(done.error, floor)
-    while mine.any():
+    while (mine := segment.holds(here.omega)).any():
         done = project(here, own, weight, derivative=False)
         assert done.loss is not None
         price = np.log(2 * own.Y.size) * _unknowns_of_mode(own)
@@ -145,19 +143,18 @@ def refine_segment(drive: Drive, segment: Segment, terms: Terms, last: bool) -> 
             break
         # One mode may stand in for another: not all go at once.
         gone = cheap[np.argsort(loss[cheap])[: (len(cheap) + 1) // 2]]
-        here, mine = here.without(gone), np.delete(mine, gone)
+        here = here.without(gone)
         if not len(here.omega):
             break
-        here, done = solve(here, own, weight, TOLERANCE, steps)
+        here, done = solve(here, own, weight, TOLERANCE, steps, _outside(here, segment))
         weight = level_weights(done.error, floor)
     if last and len(here.omega):
-        here, mine = _with_what_is_missing(here, mine, segment, own, floor)
+        here = _with_what_is_missing(here, segment, own, floor)
+    mine = segment.holds(here.omega)
     return Drive(here.omega[mine], here.zeta[mine], here.v[mine], here.anchor[mine])
 
 
-def _with_what_is_missing(
-    drive: Drive, mine: NDArray[np.bool_], segment: Segment, own: Terms, floor: Array
-) -> tuple[Drive, NDArray[np.bool_]]:
+def _with_what_is_missing(drive: Drive, segment: Segment, own: Terms, floor: Array) -> Drive:
     """Add the mode that the residual asks for most, as long as it pays for its unknowns."""
     done = project(drive, own, level_weights(own.Y, floor), derivative=False)
     for _ in range(ADDITIONS):
@@ -175,7 +172,7 @@ def _with_what_is_missing(
             np.vstack([drive.v, one.v]),
             np.append(drive.anchor, one.anchor),
         )
-        tried, better = solve(tried, own, weight, TOLERANCE, MOST_STEPS)
+        tried, better = solve(tried, own, weight, TOLERANCE, MOST_STEPS, _outside(tried, segment))
         near = _around(tried, own)
         gain = (
             2
@@ -185,8 +182,13 @@ def _with_what_is_missing(
         sound = segment.holds(tried.omega[-1:])[0] and tried.zeta[-1] < BROAD
         if gain < np.log(2 * own.Y.size) * _unknowns_of_mode(own) or not sound:
             break
-        drive, done, mine = tried, better, np.append(mine, True)
-    return drive, mine
+        drive, done = tried, better
+    return drive
+
+
+def _outside(drive: Drive, segment: Segment) -> NDArray[np.intp]:
+    """Modes of the neighbours: without lines of their own their poles would go astray."""
+    return np.flatnonzero(~segment.holds(drive.omega))
 
 
 def _around(drive: Drive, own: Terms) -> NDArray[np.bool_]:
@@ -232,16 +234,23 @@ def _unknowns_of_mode(own: Terms) -> int:
 
 
 def families(drive: Drive, psi: ComplexArray) -> list[NDArray[np.intp]]:
-    """Gather modes of the same shape within one bandwidth of each other.
+    """Gather modes of the same shape within one bandwidth of a stronger one, that one first.
 
-    A mode whose frequency or damping depends on amplitude shows as several of them.
+    A mode whose frequency or damping depends on amplitude shows as several of them. Every family
+    surrounds its strongest member: a broad pole between two resonances does not make them one.
     """
-    n = len(drive.omega)
     width = drive.zeta * drive.omega
     near = np.abs(drive.omega[:, None] - drive.omega) < width[:, None] + width
     alike = near & (mac(psi, psi) > SAME_SHAPE)
-    _, label = connected_components(alike | np.eye(n, dtype=bool))
-    return [np.flatnonzero(label == k) for k in range(label.max() + 1)]
+    energy = np.sum(np.abs(psi) ** 2, axis=0) * np.sum(np.abs(drive.v) ** 2, axis=1) / width
+    found = []
+    free = np.ones(len(width), bool)
+    for leader in np.argsort(energy)[::-1]:
+        if free[leader]:
+            others = np.flatnonzero(alike[leader] & free)
+            found.append(np.r_[leader, others[others != leader]])
+            free[found[-1]] = False
+    return found
 
 
 def refine(

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from twin.errors import IdentificationError
+from twin.identification.seminormal import least_squares, real_rows, triangle
 from twin.identification.separable_terms import Drive, Terms
 
 Array = NDArray[np.float64]
@@ -55,7 +56,11 @@ class Projected:
 
 
 def project(
-    drive: Drive, terms: Terms, weight: Array | ComplexArray, derivative: bool = True
+    drive: Drive,
+    terms: Terms,
+    weight: Array | ComplexArray,
+    derivative: bool = True,
+    held: NDArray[np.intp] | None = None,
 ) -> Projected:
     """Solve for all linear parameters at a drive; with derivatives, Gauss-Newton's equations too.
 
@@ -65,34 +70,36 @@ def project(
         weight: reciprocal standard deviation of every line and output, (lines, outputs), or a
             whitening matrix of every line, (lines, outputs, outputs).
         derivative: whether to return Gauss-Newton's equations.
+        held: modes whose pole and drive are not unknowns; the equations are of the others.
     """
     n = len(drive.omega)
-    E, slope = terms.modal(drive.poles)
-    mirror, mirror_slope = terms.modal(drive.poles.conj())
+    E, slope, mirror, mirror_slope = terms.modal(drive.poles)
     a = np.einsum("knq,nq->kn", E, drive.v)
     m = np.einsum("knq,nq->kn", mirror, drive.v.conj())
     pairs = np.stack([a + m, 1j * (a - m)], axis=2).reshape(len(a), 2 * n)
     Phi = np.hstack([pairs, terms.direct()])
-    moves = None
-    if derivative:
+    moves, moving = None, np.setdiff1d(np.arange(n), [] if held is None else held)
+    if derivative and len(moving):
         free = [np.flatnonzero(np.arange(terms.drives) != c) for c in drive.anchor]
-        own = np.stack([E[:, i, free[i]] for i in range(n)], axis=1)
-        other = np.stack([mirror[:, i, free[i]] for i in range(n)], axis=1)
-        f = np.einsum("knq,nq->kn", slope, drive.v)[:, :, None]
-        g = np.einsum("knq,nq->kn", mirror_slope, drive.v.conj())[:, :, None]
+        own = np.stack([E[:, i, free[i]] for i in moving], axis=1)
+        other = np.stack([mirror[:, i, free[i]] for i in moving], axis=1)
+        v = drive.v[moving]
+        f = np.einsum("knq,nq->kn", slope[:, moving], v)[:, :, None]
+        g = np.einsum("knq,nq->kn", mirror_slope[:, moving], v.conj())[:, :, None]
         f, g = np.concatenate([f, own], axis=2), np.concatenate([g, other], axis=2)
         moves = np.stack([f + g, 1j * (f - g)], axis=3).reshape(len(a), -1)
     if weight.ndim == 3:
-        return _jointly(drive, terms.Y, Phi, moves, weight.astype(complex))
-    return _by_output(drive, terms.Y, Phi, moves, np.asarray(weight.real))
+        return _jointly(drive, terms.Y, Phi, moves, weight.astype(complex), moving)
+    return _by_output(drive, terms.Y, Phi, moves, np.asarray(weight.real), moving)
 
 
-def _turn(drive: Drive, psi: ComplexArray) -> Array:
+def _turn(drive: Drive, psi: ComplexArray, moving: NDArray[np.intp]) -> Array:
     """How a unit of each real parameter enters the two real regressors of its component.
 
     Returns:
         (outputs, n, components, 2 regressors, 2 parameters).
     """
+    drive, psi = drive.only(moving), psi[:, moving]
     root = np.sqrt(1 - drive.zeta**2)
     by_zeta = drive.zeta * drive.omega * (-1 - 1j * drive.zeta / root)
     unit = np.empty((*drive.v.shape, 2), complex)
@@ -103,27 +110,33 @@ def _turn(drive: Drive, psi: ComplexArray) -> Array:
 
 
 def _by_output(
-    drive: Drive, Y: ComplexArray, Phi: ComplexArray, moves: ComplexArray | None, weight: Array
+    drive: Drive,
+    Y: ComplexArray,
+    Phi: ComplexArray,
+    moves: ComplexArray | None,
+    weight: Array,
+    moving: NDArray[np.intp],
 ) -> Projected:
     """Outputs whose noise is independent; those with proportional weights share one projection."""
-    n, q = drive.v.shape
+    n = len(drive.omega)
+    e = len(moving) * drive.v.shape[1]
     outputs = Y.shape[1]
     psi, direct = np.empty((outputs, n), complex), np.empty((Phi.shape[1] - 2 * n, outputs))
     error, cost, loss = np.empty_like(Y), 0.0, np.zeros(n)
-    gram, right = np.zeros((2 * n * q, 2 * n * q)), np.zeros(2 * n * q)
+    gram, right = np.zeros((2 * e, 2 * e)), np.zeros(2 * e)
     level = weight[0]
     form = weight / level
     alike = np.ptp(form, axis=1).max() < 1e-9
     for group in [np.arange(outputs)] if alike else [np.array([o]) for o in range(outputs)]:
         w = form[:, group[:1]]
-        A = _real(w * Phi)
+        A = real_rows(w * Phi)
         size = np.maximum(np.linalg.norm(A, axis=0), np.finfo(float).tiny)
-        Q, R = linalg.qr(A / size, mode="economic", check_finite=False)
-        R[np.diag_indices_from(R)] += 1e-14 * np.sign(np.diag(R) + 0.0)
-        y = _real(w * Y[:, group]) * level[group]
-        inner = Q.T @ y
-        solved = linalg.solve_triangular(R, inner, check_finite=False)
-        left = y - Q @ inner
+        A /= size
+        R = triangle(A)
+        y = real_rows(w * Y[:, group]) * level[group]
+        solved, left = least_squares(A, R, y)
+        again, left = least_squares(A, R, left)
+        solved += again
         cost += float(np.sum(left**2))
         c = solved / size[:, None] / level[group]
         psi[group] = (c[: 2 * n : 2] + 1j * c[1 : 2 * n : 2]).T
@@ -136,14 +149,13 @@ def _by_output(
             loss[i] += float(np.sum(solved[at] * np.linalg.solve(spread, solved[at])))
         if moves is None:
             continue
-        F = _real(w * moves)
-        F -= Q @ (Q.T @ F)
-        G = (F.T @ F).reshape(n * q, 2, n * q, 2)
-        h = (F.T @ left).reshape(n * q, 2, len(group))
-        T = _turn(drive, psi[group] * level[group, None]).reshape(len(group), n * q, 2, 2)
+        _, F = least_squares(A, R, real_rows(w * moves))
+        G = (F.T @ F).reshape(e, 2, e, 2)
+        h = (F.T @ left).reshape(e, 2, len(group))
+        T = _turn(drive, psi[group] * level[group, None], moving).reshape(len(group), e, 2, 2)
         both = np.einsum("oiea,ojfb->iejfab", T, T, optimize=True)
         part = np.einsum("iejf,iejfab->iajb", G, both, optimize=True)
-        gram += part.reshape(2 * n * q, 2 * n * q)
+        gram += part.reshape(2 * e, 2 * e)
         right += np.einsum("oiea,ieo->ia", T, h).ravel()
     if moves is None:
         return Projected(cost, psi, direct, error, loss=loss)
@@ -151,19 +163,25 @@ def _by_output(
 
 
 def _jointly(
-    drive: Drive, Y: ComplexArray, Phi: ComplexArray, moves: ComplexArray | None, W: ComplexArray
+    drive: Drive,
+    Y: ComplexArray,
+    Phi: ComplexArray,
+    moves: ComplexArray | None,
+    W: ComplexArray,
+    moving: NDArray[np.intp],
 ) -> Projected:
     """Outputs whose noise is correlated, through the noise of the inputs they share."""
-    n, q = drive.v.shape
+    n = len(drive.omega)
+    e = len(moving) * drive.v.shape[1]
     lines, outputs = Y.shape
-    A = _real(np.einsum("kij,kp->kijp", W, Phi).reshape(lines * outputs, -1))
+    A = real_rows(np.einsum("kij,kp->kijp", W, Phi).reshape(lines * outputs, -1))
     size = np.maximum(np.linalg.norm(A, axis=0), np.finfo(float).tiny)
-    Q, R = linalg.qr(A / size, mode="economic", check_finite=False)
-    R[np.diag_indices_from(R)] += 1e-14 * np.sign(np.diag(R) + 0.0)
-    y = _real(np.einsum("kij,kj->ki", W, Y).reshape(-1, 1))[:, 0]
-    inner = Q.T @ y
-    solved = linalg.solve_triangular(R, inner, check_finite=False)
-    left = y - Q @ inner
+    A /= size
+    R = triangle(A)
+    y = real_rows(np.einsum("kij,kj->ki", W, Y).reshape(-1, 1))[:, 0]
+    solved, left = least_squares(A, R, y)
+    again, left = least_squares(A, R, left)
+    solved += again
     c = (solved / size).reshape(outputs, -1).T
     psi = (c[: 2 * n : 2] + 1j * c[1 : 2 * n : 2]).T
     inverse = linalg.solve_triangular(R, np.eye(len(R)), check_finite=False)
@@ -175,10 +193,10 @@ def _jointly(
     done = Projected(float(left @ left), psi, c[2 * n :], Y - Phi @ c, loss=loss)
     if moves is None:
         return done
-    T = _turn(drive, psi).reshape(outputs, n * q, 2, 2)
-    F = np.einsum("kie,oiea->koia", moves.reshape(lines, n * q, 2), T, optimize=True)
-    J = _real(np.einsum("koj,kjp->kop", W, F.reshape(lines, outputs, -1)).reshape(-1, 2 * n * q))
-    J -= Q @ (Q.T @ J)
+    T = _turn(drive, psi, moving).reshape(outputs, e, 2, 2)
+    F = np.einsum("kie,oiea->koia", moves.reshape(lines, e, 2), T, optimize=True)
+    J = real_rows(np.einsum("koj,kjp->kop", W, F.reshape(lines, outputs, -1)).reshape(-1, 2 * e))
+    _, J = least_squares(A, R, J)
     return replace(done, gram=J.T @ J, right=J.T @ left)
 
 
@@ -188,6 +206,7 @@ def solve(
     weight: Array | ComplexArray,
     tolerance: float = 1e-8,
     most: int = 40,
+    held: NDArray[np.intp] | None = None,
 ) -> tuple[Drive, Projected]:
     """Iterate to the least weighted sum of squares (Levenberg and Marquardt).
 
@@ -197,6 +216,7 @@ def solve(
         weight: as for ``project``.
         tolerance: relative fall of the cost below which the iteration ends.
         most: iterations at most.
+        held: modes whose pole and drive stay what they are; their shapes are solved for.
 
     Raises:
         IdentificationError: more unknowns than data.
@@ -207,7 +227,10 @@ def solve(
             f"{len(drive.omega)} modes have {unknowns} unknowns, too many for "
             f"{2 * terms.Y.size} data in the band"
         )
-    here = project(drive, terms, weight)
+    here = project(drive, terms, weight, held=held)
+    moving = np.setdiff1d(np.arange(len(drive.omega)), [] if held is None else held)
+    if not len(moving):
+        return drive, here
     damping = 1e-4
     for _ in range(most):
         assert here.gram is not None
@@ -215,9 +238,13 @@ def solve(
         size = np.sqrt(np.maximum(np.diag(here.gram), 1e-12 * np.diag(here.gram).max()))
         G, h = here.gram / np.outer(size, size), here.right / size
         while damping < 1e8:
-            step = np.linalg.solve(G + damping * np.eye(len(G)), h) / size
-            tried = drive.moved(step.reshape(*drive.v.shape, 2))
-            there = project(tried, terms, weight)
+            step = np.linalg.solve(G + damping * np.eye(len(G)), h)
+            if step @ (2 * h - G @ step) < tolerance * here.cost:
+                return drive, here  # no step promises more than the tolerance
+            whole = np.zeros((*drive.v.shape, 2))
+            whole[moving] = (step / size).reshape(len(moving), -1, 2)
+            tried = drive.moved(whole)
+            there = project(tried, terms, weight, held=held)
             if there.cost < here.cost:
                 break
             damping *= 8
@@ -233,14 +260,13 @@ def solve(
 def start_drive(poles: ComplexArray, terms: Terms, weight: Array) -> Drive:
     """Return a first drive for given poles: all residues by least squares, then rank one."""
     n, q, m = len(poles), terms.drives, terms.Y.shape[1]
-    E, _ = terms.modal(poles)
-    mirror, _ = terms.modal(poles.conj())
+    E, _, mirror, _ = terms.modal(poles)
     pairs = np.stack([E + mirror, 1j * (E - mirror)], axis=3).reshape(len(E), 2 * n * q)
-    A = _real(np.hstack([pairs, terms.direct()]) * weight)
+    A = real_rows(np.hstack([pairs, terms.direct()]) * weight)
     size = np.maximum(np.linalg.norm(A, axis=0), np.finfo(float).tiny)
     power = np.sqrt(np.maximum(np.mean(np.abs(terms.Y) ** 2, axis=0), np.finfo(float).tiny))
     gram = (A / size).T @ (A / size) + 1e-9 * np.eye(A.shape[1])
-    c = np.linalg.solve(gram, (A / size).T @ _real(terms.Y / power * weight)) / size[:, None]
+    c = np.linalg.solve(gram, (A / size).T @ real_rows(terms.Y / power * weight)) / size[:, None]
     residues = (c[: 2 * n * q : 2] + 1j * c[1 : 2 * n * q : 2]).reshape(n, q, m)
     reach = np.sqrt(np.mean(np.abs(E) ** 2, axis=0)) + np.finfo(float).tiny
     v, anchor = np.empty((n, q), complex), np.empty(n, np.int64)
@@ -251,8 +277,3 @@ def start_drive(poles: ComplexArray, terms: Terms, weight: Array) -> Drive:
         v[i] /= v[i, anchor[i]]
     omega = np.abs(poles)
     return Drive(omega, np.clip(-poles.real / omega, 1e-5, 0.9), v, anchor)
-
-
-def _real(values: ComplexArray | Array) -> Array:
-    """Stack real over imaginary parts, scaled so that a line's squared magnitude counts twice."""
-    return np.sqrt(2) * np.vstack([values.real, values.imag])

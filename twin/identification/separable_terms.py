@@ -50,7 +50,10 @@ class Drive:
 
     def without(self, gone: NDArray[np.intp]) -> Drive:
         """Return the drive without some modes, given by their indices."""
-        kept = np.setdiff1d(np.arange(len(self.omega)), gone)
+        return self.only(np.setdiff1d(np.arange(len(self.omega)), gone))
+
+    def only(self, kept: NDArray[np.intp]) -> Drive:
+        """Return the drive of some modes, given by their indices."""
         return Drive(self.omega[kept], self.zeta[kept], self.v[kept], self.anchor[kept])
 
 
@@ -98,28 +101,48 @@ class Terms:
                 columns.append(ends)
         return np.hstack(columns)
 
-    def modal(self, poles: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    def modal(
+        self, poles: ComplexArray
+    ) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
         """Return what each component of v excites in each mode, and its derivative by the pole.
 
         Returns:
-            Two arrays of shape (lines, n, r + R).
+            Two arrays of shape (lines, n, r + R) for the poles, two for their conjugates.
         """
-        r, lines = self.spectra[0].U.shape[1], self.rows[-1].stop
-        E = np.zeros((lines, len(poles), self.drives), complex)
-        slope = np.zeros_like(E)
-        column = r
+        lines = self.rows[-1].stop
+        E, slope, mirror, mirror_slope = np.zeros((4, lines, len(poles), self.drives), complex)
+        column = self.spectra[0].U.shape[1]
+        last: Spectrum | None = None
         for s, at in zip(self.spectra, self.rows, strict=True):
-            b, b_slope, t, t_slope = basis(poles, s, self.hold)
-            E[at, :, :r] = b[:, :, None] * s.U[:, None, :]
-            slope[at, :, :r] = b_slope[:, :, None] * s.U[:, None, :]
-            if s.from_rest is not None:
-                end, end_slope = end_state(poles, s, self.hold)
-                E[at, :, :r] -= t[:, :, None] * end
-                slope[at, :, :r] -= t_slope[:, :, None] * end + t[:, :, None] * end_slope
-            if s.transient:
-                E[at, :, column], slope[at, :, column] = t, t_slope
-                column += 1
-        return E, slope
+            if last is None or not np.array_equal(s.omega, last.omega):
+                direct, turned = (basis(p, s, self.hold) for p in (poles, poles.conj()))
+            last = s
+            end = None if s.from_rest is None else end_state(poles, s, self.hold)
+            _fill(E[at], slope[at], direct, s, end, column)
+            end = None if end is None else (end[0].conj(), end[1].conj())
+            _fill(mirror[at], mirror_slope[at], turned, s, end, column)
+            column += s.transient
+        return E, slope, mirror, mirror_slope
+
+
+def _fill(
+    E: ComplexArray,
+    slope: ComplexArray,
+    response: tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray],
+    s: Spectrum,
+    end: tuple[ComplexArray, ComplexArray] | None,
+    column: int,
+) -> None:
+    """Enter one record's lines: forced response, end state, and the free response's column."""
+    b, b_slope, t, t_slope = response
+    r = s.U.shape[1]
+    E[:, :, :r] = b[:, :, None] * s.U[:, None, :]
+    slope[:, :, :r] = b_slope[:, :, None] * s.U[:, None, :]
+    if end is not None:
+        E[:, :, :r] -= t[:, :, None] * end[0]
+        slope[:, :, :r] -= t_slope[:, :, None] * end[0] + t[:, :, None] * end[1]
+    if s.transient:
+        E[:, :, column], slope[:, :, column] = t, t_slope
 
 
 def end_state(poles: ComplexArray, s: Spectrum, hold: Hold) -> tuple[ComplexArray, ComplexArray]:

@@ -71,7 +71,7 @@ class WideFit:
         fit: the modal fit, companions included.
         diagram: the stabilisation diagram.
         families: indices of modes of one shape within one bandwidth; one of them stands for all.
-        leader: the index of the one that does, of every family.
+        leader: the index of the strongest, of every family.
         omega: its angular frequency, or that of one mode fitted to the family's response [rad/s].
         zeta: its damping ratio, likewise.
         std: standard deviations of frequency [Hz] and damping ratio, (2, families).
@@ -154,19 +154,17 @@ def fit_wide(
             drive, terms = _likelier_hold(drive, terms, parts)
     drive, done, weight = _settled(drive, terms, parts)
     fit = _as_fit(drive, done, terms, weight, w_min)
-    assert done.loss is not None
-    return _named(fit, found, families(drive, done.psi), done.loss)
+    return _named(fit, found, families(drive, done.psi))
 
 
 def _named(
     fit: ModalFit,
     found: tuple[StablePole, ...],
     kin: list[NDArray[np.intp]],
-    loss: Array,
 ) -> WideFit:
     """Let one mode stand for each family."""
     p = fit.parameters
-    leader = np.array([k[np.argmax(loss[k])] for k in kin])
+    leader = np.array([members[0] for members in kin])
     omega, zeta = p.omega[leader].copy(), p.zeta[leader].copy()
     std = np.array(fit.modal_std())[:, leader]
     for index, members in enumerate(kin):
@@ -185,8 +183,7 @@ def _as_one(fit: ModalFit, members: NDArray[np.intp], leader: int) -> tuple[floa
     """Fit one mode to the response that a family has together, where its own bandwidth is."""
     p = fit.parameters
     centre = float(p.omega[leader])
-    reach = REACH * float(np.max(p.zeta[members] * p.omega[members]))
-    reach = max(reach, 2 * float(np.ptp(p.omega[members])))
+    reach = REACH * float(p.zeta[leader] * centre)
     omega = np.linspace(centre - reach, centre + reach, 201)
     residue = p.psi[:, members] * np.sum(p.participation[members], axis=1)
     Y = (1 / (1j * omega[:, None] - p.poles[members])) @ residue.T
