@@ -1,5 +1,5 @@
 "use strict";
-const PRINTED_PX = 680;
+const PRINTED_PX = 640, PRINTED_HALF_PX = 305;
 const plots = [...document.querySelectorAll(".plot")];
 const settings = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"] };
 let following = false;
@@ -49,7 +49,7 @@ window.addEventListener("beforeprint", () => {
   for (const plot of plots) {
     draw(plot);
     const half = plot.closest("figure").classList.contains("half");
-    Plotly.relayout(plot, { width: half ? PRINTED_PX / 2 - 10 : PRINTED_PX });
+    Plotly.relayout(plot, { width: half ? PRINTED_HALF_PX : PRINTED_PX });
   }
 });
 window.addEventListener("afterprint", () => {
