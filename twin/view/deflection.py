@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +51,14 @@ def mode_shapes(modal: ModalModel) -> list[ModeShape]:
             ModeShape(levels, values, float(modal.natural_freq[r]), float(modal.damping_ratio[r]))
         )
     return shapes
+
+
+def aligned(shape: ModeShape, other: ModeShape) -> ModeShape:
+    """Return a shape turned in phase and size so that it lies on another as well as it can."""
+    size = np.vdot(shape.shape, shape.shape)
+    if len(shape.shape) != len(other.shape) or not abs(size):
+        return shape
+    return replace(shape, shape=shape.shape * (np.vdot(shape.shape, other.shape) / size))
 
 
 def beam(lower: float, upper: float, level: int, side: float) -> Array:

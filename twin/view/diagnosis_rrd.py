@@ -1,7 +1,8 @@
-"""One Rerun recording of a diagnosis: measured, calibrated and explained, the guilty place lit."""
+"""One Rerun recording of a diagnosis: the twin before and after, the located places lit."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import mujoco
@@ -11,24 +12,37 @@ import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from twin.diagnosis.result import Diagnosis, ForcePicture, Trace
+from twin.errors import TwinError
 from twin.files import write_whole
 from twin.model import Motion, Twin
-from twin.view.colours import FORCE, IDENTIFIED, MEASURED, REJECTED, TRUE, rgb
-from twin.view.diagnosis_words import markdown
-from twin.view.rrd import APPLICATION
-from twin.view.scene import TIMELINE, log_motion
+from twin.view.chart import TALL, WIDE, Chart
+from twin.view.colours import FORCE, IDENTIFIED, LOCATED, MEASURED, REJECTED, TRUE, rgb
+from twin.view.diagnosis_words import markdown, place_words, printable
+from twin.view.figures import unit_of
+from twin.view.located import Region, regions, shares
+from twin.view.magnified import factor, magnified
+from twin.view.rrd import APPLICATION, DARK, GHOST
+from twin.view.scene import DISPLAY_HZ, LONGEST_MOTION_S, TIMELINE, log_motion
 from twin.view.signals import log_line
 
 Array = NDArray[np.float64]
 
-LIT = (213, 94, 0, 150)
-"""Colour of the guilty place."""
+FAINTEST, BRIGHTEST = 25, 170
+"""Opacity of a place of no and of the whole share, of 255."""
 
-TWINS = (("measured", MEASURED), ("calibrated", REJECTED), ("explained", TRUE))
+TWINS = (
+    ("1_measured", "measured", MEASURED, 4.0),
+    ("2_calibrated", "calibrated", IDENTIFIED, 1.6),
+    ("3_explained", "explained", TRUE, 1.4),
+)
+"""Entity, name, colour and width, in the order in which they are drawn over one another."""
+
+MILLI = {"m": (1e3, "mm", "N"), "rad": (1e3, "mrad", "N m")}
+"""Scale and units of a port's motion and force."""
 
 
 def write_diagnosis_rrd(diagnosis: Diagnosis, path: Path, recording_id: str = "diagnosis") -> Path:
-    """Write one test recording beside its simulations, whole or not at all.
+    """Write the recordings beside their simulations, whole or not at all.
 
     Args:
         diagnosis: what was found.
@@ -39,121 +53,171 @@ def write_diagnosis_rrd(diagnosis: Diagnosis, path: Path, recording_id: str = "d
 
 
 def _write(path: Path, diagnosis: Diagnosis, recording_id: str) -> None:
-    trace = next(t for t in diagnosis.traces if t.role == "test")
+    traces = sorted(diagnosis.traces, key=lambda t: t.role != "test")
+    trace = traces[0]
+    motion, before = _motion(diagnosis.explained, trace), _motion(diagnosis.calibrated, trace)
+    by = factor(motion) if motion is not None else 1.0
     stream = rr.RecordingStream(APPLICATION, recording_id=recording_id, send_properties=False)
-    stream.save(str(path), default_blueprint=_blueprint(trace))
-    motion = _motion(diagnosis.explained, trace)
-    log_motion(stream, "frame", motion)
-    for finding in diagnosis.findings:
-        _light(stream, finding.location, motion)
-    _log_signals(stream, trace)
-    if diagnosis.force:
-        _log_force(stream, diagnosis.force[0])
+    stream.save(str(path), default_blueprint=_blueprint(diagnosis, traces, motion, by))
+    if before is not None and diagnosis.findings:
+        log_motion(stream, "frame/calibrated", magnified(before, by), alpha=GHOST)
+    if motion is not None:
+        shown = magnified(motion, by)
+        log_motion(stream, "frame/explained", shown)
+        parts = shares(diagnosis)
+        for place, where in regions(diagnosis, parts).items():
+            _light(stream, place, where, parts[place], shown)
+    for number, each in enumerate(traces):
+        _log_signals(stream, each, f"recording{number + 1}")
+    for picture in diagnosis.force:
+        _log_force(stream, picture)
     text = rr.TextDocument(markdown(diagnosis), media_type="text/markdown")
     stream.log("verdict", text, static=True)
     stream.flush()
     stream.disconnect()
 
 
-def _motion(twin: Twin, trace: Trace) -> Motion:
-    forces = dict(zip(trace.inputs, trace.force.T, strict=True))
-    table = forces.pop("acc_ground", None)
-    return twin.simulate(forces, trace.sampling_hz, len(trace.force), ground_acceleration=table)
+def _motion(twin: Twin, trace: Trace) -> Motion | None:
+    """Return how a twin moves under a recording's inputs, from rest; None where it runs away."""
+    most = round(LONGEST_MOTION_S * trace.sampling_hz)
+    forces = dict(zip(trace.inputs, trace.force[:most].T, strict=True))
+    ground = {name[-1:] if "." in name else "x": forces.pop(name)
+              for name in trace.inputs if name.startswith("acc_ground")}  # fmt: skip
+    try:
+        samples = min(most, len(trace.force))
+        return twin.simulate(forces, trace.sampling_hz, samples, ground_acceleration=ground or None)
+    except TwinError:
+        return None
 
 
-def _light(stream: rr.RecordingStream, place: str, motion: Motion) -> None:
-    """Lay a glowing box over the guilty storey, floor or sensor, which moves with the frame."""
-    model = motion.model
-    digits = "".join(c for c in place.split("+")[0] if c.isdigit())
-    floor = f"floor{digits}" if digits else "ground"
-    if mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, floor) < 0:
-        return
-    below = f"floor{int(digits) - 1}" if digits and int(digits) > 1 else "ground"
-    data = mujoco.MjData(model)
-    step = max(1, round(motion.rate_hz / 30))
-    rows = range(0, motion.samples, step)
-    centres, half = np.empty((len(rows), 3)), np.array([0.17, 0.035, 0.025])
-    for number, row in enumerate(rows):
+def _light(
+    stream: rr.RecordingStream, place: str, where: Region, share: float, motion: Motion
+) -> None:
+    """Lay a glowing box over a located place, which moves with it, as bright as its share."""
+    model, data = motion.model, mujoco.MjData(motion.model)
+    rows = range(0, motion.samples, max(1, round(motion.rate_hz / DISPLAY_HZ)))
+    centres, halves = [], []
+    for row in rows:
         data.qpos[:] = motion.qpos[row]
         mujoco.mj_kinematics(model, data)
-        top, bottom = data.body(floor).xpos, data.body(below).xpos
-        if place.startswith("storey"):
-            centres[number] = (top + bottom) / 2
-            half = np.array([0.17, 0.035, 0.45 * abs(top[2] - bottom[2])])
-        else:
-            centres[number] = top
-    name = f"frame/lit/{place.replace('+', '_')}"
-    stream.log(name, rr.Boxes3D.from_fields(half_sizes=[half], colors=[LIT],
-                                            fill_mode="Solid"), static=True)  # fmt: skip
+        box = where.box(model, data)
+        if box is None:
+            return
+        centres.append(box[0])
+        halves.append(1.05 * box[1])
+    alpha = round(FAINTEST + (BRIGHTEST - FAINTEST) * share)
+    name = f"frame/located/{place.replace('+', '_')}"
+    label = f"{place_words(place)}: {100 * share:.0f} %"
+    style = rr.Boxes3D.from_fields(
+        colors=[(*rgb(LOCATED), alpha)], fill_mode="Solid", labels=[label], show_labels=True
+    )
+    stream.log(name, style, static=True)
     time = np.array([row / motion.rate_hz for row in rows])
     stream.send_columns(
         name,
         [rr.TimeColumn(TIMELINE, duration=time)],
-        rr.Boxes3D.columns(centers=centres),
+        rr.Boxes3D.columns(centers=centres, half_sizes=halves),
     )
 
 
-def _log_signals(stream: rr.RecordingStream, trace: Trace) -> None:
+def _log_signals(stream: rr.RecordingStream, trace: Trace, root: str) -> None:
     time = np.arange(len(trace.measured)) / trace.sampling_hz
-
     for column, channel in enumerate(trace.outputs):
-        for which, colour in TWINS:
-            values = getattr(trace, which)[:, column]
-            name = f"signals/{channel}/{which}"
-            log_line(stream, name, time, np.nan_to_num(values), which, colour)
+        measured = trace.measured[:, column]
+        for entity, which, colour, width in TWINS:
+            values = np.nan_to_num(getattr(trace, which)[:, column])
+            name = f"{root}/signals/{channel}/{entity}"
+            log_line(stream, name, time, values, which, colour, width)
+            if which != "measured":
+                name = f"{root}/residual/{channel}/{entity}"
+                log_line(stream, name, time, values - measured, which, colour, 1.2)
     for column, channel in enumerate(trace.inputs):
-        log_line(stream, f"force/{channel}", time, trace.force[:, column], channel, FORCE)
+        values = trace.force[:, column]
+        log_line(stream, f"{root}/input/{channel}", time, values, channel, FORCE)
 
 
 def _log_force(stream: rr.RecordingStream, picture: ForcePicture) -> None:
-    """Draw the missing force [N] against the drift [mm], both scaled to the same width."""
-    x = 1e3 * picture.drift
+    """Draw the missing force against the motion of its place, and the law with its band."""
+    scale, of_motion, of_force = MILLI[picture.unit]
+    x = scale * picture.drift
     wide = max(float(np.max(np.abs(x))), 1e-9)
-    tall = max(float(np.max(np.abs(picture.latent))), 1e-9)
-    points = np.column_stack([x / wide, -picture.latent / tall])
-    root = "missing_force"
-    stream.log(
-        f"{root}/latent",
-        rr.Points2D(points, colors=[rgb(REJECTED)], radii=[0.006]),
-        static=True,
-    )
-    frame = [[[-1.1, 0.0], [1.1, 0.0]], [[0.0, -1.1], [0.0, 1.1]]]
-    stream.log(f"{root}/axes", rr.LineStrips2D(frame, colors=[rgb(REJECTED)]), static=True)
-    ends = [
-        ([1.05, 0.06], f"drift of {picture.place}, {wide:.3g} mm"),
-        ([0.05, -1.05], f"force, {tall:.3g} N"),
-    ]
-    stream.log(
-        f"{root}/ends",
-        rr.Points2D([p for p, _ in ends], labels=[t for _, t in ends], radii=[0.004]),
-        static=True,
-    )
-    if picture.law is not None:
-        curve = np.column_stack([1e3 * picture.law_drift / wide, -picture.law / tall])
-        stream.log(
-            f"{root}/law",
-            rr.LineStrips2D([curve], colors=[rgb(IDENTIFIED)], radii=[0.006]),
-            static=True,
-        )
-    if picture.cycle is not None:
-        loop = np.column_stack([1e3 * picture.cycle[:, 0] / wide, -picture.cycle[:, 1] / tall])
-        stream.log(
-            f"{root}/cycle", rr.LineStrips2D([loop], colors=[rgb(TRUE)], radii=[0.004]), static=True
-        )
+    tall = 1.05 * max(float(np.max(np.abs(picture.latent))), 1e-9)
+    place = place_words(picture.place)
+    chart = Chart(
+        stream, f"missing_force/{picture.place}", (-wide, wide), (-tall, tall),
+        f"{place} [{of_motion}]", f"missing force [{of_force}]",
+    )  # fmt: skip
+    chart.axes()
+    chart.points("1_latent", x, picture.latent, REJECTED, 0.35)
+    if picture.law is not None and picture.law_rate is None:
+        grid = scale * picture.law_drift
+        inside = np.abs(grid) <= wide
+        chart.line("3_law", grid[inside], picture.law[inside], LOCATED, 0.45)
+        if picture.law_std is not None:
+            for sign in (-1.96, 1.96):
+                edge = picture.law + sign * picture.law_std
+                chart.line(f"2_band/{sign:+g}", grid[inside], edge[inside], LOCATED, 0.15)
+    elif picture.cycle is not None:
+        drift, force = picture.cycle.T
+        chart.line("3_cycle", scale * drift, force, LOCATED, 0.4)
 
 
-def _blueprint(trace: Trace) -> rrb.Blueprint:
-    plots = [rrb.TimeSeriesView(origin=f"signals/{c}", name=f"{c} [m/s²]") for c in trace.outputs]
+def _blueprint(
+    diagnosis: Diagnosis, traces: Sequence[Trace], motion: Motion | None, by: float
+) -> rrb.Blueprint:
+    ghost = " over the calibrated one (ghost)" if diagnosis.findings else ""
+    frame = rrb.Spatial3DView(
+        origin="frame", name=f"explained twin{ghost}, motion x {by:g}", background=list(DARK),
+        line_grid=rrb.LineGrid3D(visible=False), eye_controls=_eye(motion),
+    )  # fmt: skip
+    left: list[rrb.View | rrb.Container] = [frame]
+    forces = [_force_view(picture) for picture in diagnosis.force]
+    if forces:
+        left.append(forces[0] if len(forces) == 1 else rrb.Tabs(*forces))
+    recordings = [_signals(trace, f"recording{n + 1}") for n, trace in enumerate(traces)]
+    middle = rrb.Tabs(*recordings) if len(recordings) > 1 else recordings[0]
+    verdict = rrb.TextDocumentView(origin="verdict", name="verdict")
     return rrb.Blueprint(
-        rrb.Horizontal(
-            rrb.Vertical(
-                rrb.Spatial3DView(origin="frame", name="explained twin, guilty place lit"),
-                rrb.Spatial2DView(origin="missing_force", name="missing force against drift"),
-                row_shares=[3, 2],
-            ),
-            rrb.Vertical(*plots, rrb.TimeSeriesView(origin="force", name="measured force [N]")),
-            rrb.TextDocumentView(origin="verdict", name="verdict"),
-            column_shares=[3, 4, 3],
-        ),
+        rrb.Horizontal(rrb.Vertical(*left), middle, verdict, column_shares=[3, 4, 3]),
+        rrb.TimePanel(state="collapsed", timeline=TIMELINE),
         collapse_panels=True,
     )
+
+
+def _eye(motion: Motion | None) -> rrb.EyeControls3D:
+    """Return a camera that has the whole structure in view."""
+    if motion is None:
+        return rrb.EyeControls3D()
+    model, data = motion.model, mujoco.MjData(motion.model)
+    data.qpos[:] = motion.qpos[0]
+    mujoco.mj_kinematics(model, data)
+    spots = np.vstack([data.xpos[1:], np.zeros((1, 3))]) if model.nbody > 1 else np.zeros((1, 3))
+    low, high = spots.min(axis=0), spots.max(axis=0)
+    middle, size = (low + high) / 2, max(float(np.max(high - low)), 0.4)
+    eye = middle + size * np.array([0.72, -1.22, 0.28])
+    return rrb.EyeControls3D(position=eye.tolist(), look_target=middle.tolist())
+
+
+def _force_view(picture: ForcePicture) -> rrb.View:
+    bounds = rrb.VisualBounds2D(x_range=[-22, WIDE + 10], y_range=[-14, TALL + 16])
+    return rrb.Spatial2DView(
+        origin=f"missing_force/{picture.place}",
+        name=f"missing force at {place_words(picture.place)}", visual_bounds=bounds,
+    )  # fmt: skip
+
+
+def _signals(trace: Trace, root: str) -> rrb.Container:
+    """Return the views of one recording: every output, what is left of it, and the inputs."""
+    views: list[rrb.View] = []
+    shares_of: list[float] = []
+    for channel in trace.outputs:
+        unit = unit_of(channel)
+        views += [
+            rrb.TimeSeriesView(origin=f"{root}/signals/{channel}", name=f"{channel} [{unit}]"),
+            rrb.TimeSeriesView(origin=f"{root}/residual/{channel}",
+                               name=f"what is left of {channel} [{unit}]"),
+        ]  # fmt: skip
+        shares_of += [2, 1]
+    views.append(rrb.TimeSeriesView(origin=f"{root}/input", name="what drives"))
+    role = "unseen" if trace.role == "test" else "train"
+    return rrb.Vertical(*views, row_shares=[*shares_of, 1], name=f"{role}: {printable(trace.name)}")

@@ -8,35 +8,41 @@ import rerun as rr
 from numpy.typing import NDArray
 
 from twin.model import Motion
-from twin.view.deflection import HALF_SPAN, HEIGHT, POINTS, ModeShape, beam
 
 Array = NDArray[np.float64]
 
 DISPLAY_HZ = 30.0
 TIMELINE = "time"
-LONGEST_MODE_S = 60.0
-"""Beyond this the mode shapes stand still: they repeat, and a record may last for hours [s]."""
+LONGEST_MOTION_S = 300.0
+"""Beyond this a motion stands still: a record may last for hours [s]."""
 
-MODE_HZ = 0.5
-MODE_AMPLITUDE = 0.08
-MODE_SPACING = 0.6
-FLOOR_COLOUR = (205, 210, 217)
 BEAM_COLOUR = (230, 159, 0)
 
 
-def log_motion(stream: rr.RecordingStream, root: str, motion: Motion, start_s: float = 0.0) -> None:
+def log_motion(
+    stream: rr.RecordingStream,
+    root: str,
+    motion: Motion,
+    start_s: float = 0.0,
+    alpha: float = 1.0,
+) -> None:
     """Log the moving frame under ``root``: static geometry, poses and skins at 30 Hz.
+
+    A motion of more than ``LONGEST_MOTION_S`` is shown up to there.
 
     Args:
         stream: the Rerun recording.
         root: entity path.
         motion: what moves.
         start_s: time of its first sample [s]; what lies before zero is left out.
+        alpha: opacity; a ghost has less than one.
     """
     model = motion.model
     data = mujoco.MjData(model)
     step = max(round(motion.rate_hz / DISPLAY_HZ), 1)
-    frames = np.arange(max(round(-start_s * motion.rate_hz), 0), motion.samples, step)
+    first = max(round(-start_s * motion.rate_hz), 0)
+    last = min(motion.samples, first + round(LONGEST_MOTION_S * motion.rate_hz))
+    frames = np.arange(first, last, step)
     time = start_s + frames / motion.rate_hz
     positions = np.empty((len(frames), model.nbody, 3))
     rotations = np.empty((len(frames), model.nbody, 4))
@@ -46,7 +52,7 @@ def log_motion(stream: rr.RecordingStream, root: str, motion: Motion, start_s: f
         positions[row], rotations[row] = data.xpos, data.xquat
     for body in range(model.nbody):
         name = f"{root}/{model.body(body).name or f'body{body}'}"
-        _log_geoms(stream, name, model, body)
+        _log_geoms(stream, name, model, body, alpha)
         if body:
             stream.send_columns(
                 name,
@@ -58,10 +64,13 @@ def log_motion(stream: rr.RecordingStream, root: str, motion: Motion, start_s: f
                 ),
             )
     for skin in range(model.nskin):
-        _log_skin(stream, f"{root}/skins/{skin}", model, skin, time, positions, rotations)
+        name = f"{root}/skins/{skin}"
+        _log_skin(stream, name, model, skin, time, positions, rotations, alpha)
 
 
-def _log_geoms(stream: rr.RecordingStream, name: str, model: mujoco.MjModel, body: int) -> None:
+def _log_geoms(
+    stream: rr.RecordingStream, name: str, model: mujoco.MjModel, body: int, alpha: float
+) -> None:
     boxes, rods, balls = (
         mujoco.mjtGeom.mjGEOM_BOX,
         mujoco.mjtGeom.mjGEOM_CYLINDER,
@@ -77,7 +86,7 @@ def _log_geoms(stream: rr.RecordingStream, name: str, model: mujoco.MjModel, bod
         place = {
             "centers": model.geom_pos[geoms],
             "quaternions": model.geom_quat[geoms][:, [1, 2, 3, 0]],
-            "colors": [_colour(model, g) for g in geoms],
+            "colors": [_faded(_colour(model, g), alpha) for g in geoms],
             "fill_mode": "solid",
         }
         if kind == boxes:
@@ -115,6 +124,10 @@ def _colour(model: mujoco.MjModel, geom: int) -> tuple[int, ...]:
     return tuple(int(255 * c) for c in rgba)
 
 
+def _faded(colour: tuple[int, ...], alpha: float) -> list[int]:
+    return [*colour[:3], round(alpha * (colour[3] if len(colour) > 3 else 255))]
+
+
 def _log_skin(
     stream: rr.RecordingStream,
     name: str,
@@ -123,6 +136,7 @@ def _log_skin(
     time: Array,
     positions: Array,
     rotations: Array,
+    alpha: float,
 ) -> None:
     """Log a skin as a mesh: every vertex follows its bones by their weights, as MuJoCo draws it."""
     start, count = model.skin_vertadr[skin], model.skin_vertnum[skin]
@@ -149,7 +163,8 @@ def _log_skin(
     stream.log(
         name,
         rr.Mesh3D.from_fields(
-            triangle_indices=triangles, albedo_factor=[int(255 * c) for c in rgba]
+            triangle_indices=triangles,
+            albedo_factor=_faded(tuple(int(255 * c) for c in rgba), alpha),
         ),
         static=True,
     )
@@ -160,58 +175,3 @@ def _log_skin(
             np.full(len(time), count)
         ),
     )
-
-
-def log_mode(
-    stream: rr.RecordingStream, root: str, mode: ModeShape, number: int, seconds: float
-) -> None:
-    """Log one mode shape as a moving frame of lines, beside the others, in slow motion."""
-    time = np.arange(0, min(max(seconds, 1 / MODE_HZ), LONGEST_MODE_S), 1 / DISPLAY_HZ)
-    turn = np.exp(2j * np.pi * MODE_HZ * time)
-    x = MODE_AMPLITUDE * np.real(turn[:, None] * mode.shape)
-    levels = len(mode.places)
-    offset = MODE_SPACING * number
-    centres = np.zeros((len(time), levels, 3))
-    centres[:, :, 0] = x + offset
-    centres[:, :, 2] = HEIGHT * np.arange(levels)
-    half = np.tile([HALF_SPAN, 0.04, 0.008], (levels, 1))
-    stream.log(
-        f"{root}/floors",
-        rr.Boxes3D.from_fields(half_sizes=half, colors=[FLOOR_COLOUR], fill_mode="solid"),
-        static=True,
-    )
-    columns = [rr.TimeColumn(TIMELINE, duration=time)]
-    stream.send_columns(
-        f"{root}/floors",
-        columns,
-        rr.Boxes3D.columns(centers=centres.reshape(-1, 3)).partition(np.full(len(time), levels)),
-    )
-    strips = np.zeros((len(time), levels - 1, 2, POINTS, 3))
-    for row in range(len(time)):
-        for level in range(levels - 1):
-            for which, side in enumerate((-1, 1)):
-                path = beam(x[row, level], x[row, level + 1], level, side)
-                strips[row, level, which, :, 0] = path[:, 0] + offset
-                strips[row, level, which, :, 2] = path[:, 1]
-    count = 2 * (levels - 1)
-    stream.log(
-        f"{root}/beams",
-        rr.LineStrips3D.from_fields(colors=[BEAM_COLOUR], radii=[0.004]),
-        static=True,
-    )
-    stream.send_columns(
-        f"{root}/beams",
-        columns,
-        rr.LineStrips3D.columns(strips=list(strips.reshape(-1, POINTS, 3))).partition(
-            np.full(len(time), count)
-        ),
-    )
-    label = f"{mode.frequency_hz:.3f} Hz, {100 * mode.damping_ratio:.2f} %"
-    stream.log(
-        f"{root}/label",
-        rr.Points3D(
-            [[offset, 0, HEIGHT * (levels - 1) + 0.12]], labels=[label], radii=[0.001],
-            show_labels=True,
-        ),
-        static=True,
-    )  # fmt: skip
