@@ -69,7 +69,13 @@ def clipped_channels(recording: Recording) -> dict[str, int]:
 
 
 def clipped_samples(x: Array) -> int:
-    """Return how many samples stand in plateaus at the largest or the smallest value."""
+    """Return how many samples stand at the largest or the smallest value because they must.
+
+    Readings too fine to repeat never take their largest value three times by chance; of others
+    the samples in plateaus count.
+    """
+    if (count := _repeated_limits(x)) > 0:
+        return count
     limits = [limit for limit in (x.min(), x.max()) if _long_runs_at(x, limit)]
     if not limits:
         return 0
@@ -92,6 +98,17 @@ def clipped_samples(x: Array) -> int:
     if np.count_nonzero(plateau) >= 2 * np.count_nonzero(at_limit):
         return 0
     return int(length[at_limit].sum())
+
+
+def _repeated_limits(x: Array) -> int:
+    """Return how many samples repeat a limit, where no other reading repeats."""
+    limits = [v for v in (x.min(), x.max()) if v not in (0.0, np.median(x))]
+    counts = [int(np.count_nonzero(x == v)) for v in limits]
+    total = sum(c for c in counts if c >= SHORTEST_RUN)
+    if not total:
+        return 0
+    others = x[~np.isin(x, limits) & (x != 0.0)]
+    return total if len(others) > len(x) // 2 and len(np.unique(others)) == len(others) else 0
 
 
 def _long_runs_at(x: Array, limit: float) -> bool:

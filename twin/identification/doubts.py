@@ -8,15 +8,18 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.identification.spectra import hit_window
+from twin.identification.spectra import excited_band, hit_window
 from twin.recording import Recording
 from twin.signals.channel_faults import channel_faults
-from twin.signals.pair_faults import identical
+from twin.signals.pair_faults import clock, clock_far_off, identical, reversed_polarity
 
 Array = NDArray[np.float64]
 
 SPOILS = ("clipping", "dead_tail", "dropout")
 """Faults of a channel that no linear model can hold."""
+
+ALIKE = 0.9999
+"""Correlation below which two channels are not worth comparing reading by reading."""
 
 LINES_A_MODE = 4
 """Real unknowns that a mode has at least: pole and one residue."""
@@ -36,18 +39,62 @@ def doubts_of_data(
         for name in names:
             x = recording.column(name)
             kind = recording.channel(name).kind
+            if not np.ptp(x) and np.any(x):
+                found.append(f"warning: {recording.source}: {name} is constant at {x[0]:.4g}")
             for fault in channel_faults(x, recording.sampling_hz, kind):
                 if fault.name in SPOILS:
                     words = fault.words or fault.name
                     found.append(f"warning: {recording.source}: {name}: {words}")
-        for one, other in combinations(names, 2):
-            pair = identical(recording.column(one), recording.column(other))
-            if pair:
-                found.append(f"warning: {recording.source}: {other} and {one}: {pair.words}")
+        found += [f"warning: {recording.source}: {line}" for line in _pairs(recording, names)]
         for name in inputs:
             if name in recording.names:
                 found += poor_excitation(recording.column(name), recording, name)
     return list(dict.fromkeys(found))
+
+
+def _pairs(recording: Recording, names: Sequence[str]) -> list[str]:
+    """Return what two channels together show: one signal, two clocks, a sign that is reversed."""
+    found = []
+    columns = {n: recording.column(n) for n in names if np.ptp(recording.column(n))}
+    alike = np.abs(np.atleast_2d(np.corrcoef(list(columns.values())))) > ALIKE
+    for (i, one), (j, other) in combinations(enumerate(columns), 2):
+        pair = identical(columns[one], columns[other]) if alike[i, j] else None
+        if pair:
+            found.append(f"{other} and {one}: {other} {pair.words}")
+    rate = recording.sampling_hz
+    moving = [n for n in columns if recording.channel(n).kind == "acc"]
+    forces = [n for n in columns if recording.channel(n).kind == "force"]
+    hammer = bool(forces) and hit_window(recording.matrix(forces)) is not None
+    for other in moving:
+        # A hit's decay says nothing of clocks late in the record; a lone force drives throughout.
+        against = moving[:1] + (forces if len(forces) == 1 and not hammer else [])
+        for one in (n for n in against if n != other):
+            pair = clock_far_off(columns[one], columns[other], rate)
+            pair = pair or clock(columns[one], columns[other], rate)
+            if pair:
+                found.append(f"{other}: against {one} {pair.words}")
+                break
+        for one in (n for n in forces if n.partition("_")[2] == other.partition("_")[2]):
+            pair = reversed_polarity(columns[one], columns[other], rate)
+            if pair:
+                found.append(f"{other}: against {one} {pair.words}")
+    return found
+
+
+def doubts_of_band(
+    inputs: Sequence[Array], dt: float, band_hz: tuple[float, float] | None, source: str
+) -> list[str]:
+    """Return a warning where the inputs excite little of a band that was asked for."""
+    if band_hz is None:
+        return []
+    low, high = excited_band(inputs, dt)
+    inside = max(min(high, band_hz[1]) - max(low, band_hz[0]), 0)
+    if inside > (band_hz[1] - band_hz[0]) / 2:
+        return []
+    return [
+        f"warning: {source}: the input excites {low:.4g} to {high:.4g} Hz, less than half of the "
+        f"band from {band_hz[0]:.4g} to {band_hz[1]:.4g} Hz: choose another with --band"
+    ]
 
 
 def poor_excitation(u: Array, recording: Recording, name: str) -> list[str]:

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from twin.errors import IdentificationError
 from twin.identification.choice import believable_fits
 from twin.identification.discrete import predict, realize
-from twin.identification.doubts import UNEXPLAINED, doubts_of_data, doubts_of_fit
+from twin.identification.doubts import UNEXPLAINED, doubts_of_band, doubts_of_data, doubts_of_fit
+from twin.identification.doubts_of_modes import doubts_of_modes
 from twin.identification.maximum_likelihood import ModalFit
 from twin.identification.proportional_damping import proportional_damping
 from twin.identification.records import Records, prepare
@@ -65,7 +66,9 @@ def identify(
         fit = found.fit
         band = (fit.w_min / (2 * np.pi), fit.w_max / (2 * np.pi)) if fit else (0.0, np.inf)
         first = doubts_of_fit(found.nrmse, band)
-        first += doubts_of_data(recordings, records.inputs, records.outputs)
+        first += doubts_of_data(recordings, records.inputs, (*records.outputs, *records.still))
+        first += doubts_of_band(records.u, records.dt, band_hz, recordings[0].source)
+        first += doubts_of_modes(found)
         return replace(found, notes=(*first, *found.notes))
     except np.linalg.LinAlgError as error:
         raise IdentificationError(

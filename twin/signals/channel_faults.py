@@ -45,10 +45,11 @@ def channel_faults(x: Array, rate_hz: float, kind: str = "acc") -> tuple[Fault, 
         kind: quantity (``twin.quantity``): the baseline of an acceleration is known to be zero, a
             blow's force is no spike.
     """
-    found = [clipping(x), dead_tail(x), dropouts(x), hum(x, rate_hz), quantisation(x)]
+    pulses = kind in ("force", "torque")
+    found = [clipping(x), dead_tail(x), dropouts(x, pulses), hum(x, rate_hz), quantisation(x)]
     if kind in ("acc", "angacc"):
         found += [offset(x), drift(x)]
-    if kind not in ("force", "torque"):
+    if not pulses:
         found.append(spikes(x))
     least = MATTERS * float(np.sqrt(np.mean(np.square(x)))) if len(x) else 0.0
     counted = ("clipping", "dead_tail", "dropout")
@@ -86,11 +87,12 @@ def dead_tail(x: Array) -> Fault | None:
     return Fault("dead_tail", length + 1, ((first, len(x) - 1),), words)
 
 
-def dropouts(x: Array) -> Fault | None:
+def dropouts(x: Array, pulses: bool = False) -> Fault | None:
     """Return whether stretches of the channel repeat one value and then jump.
 
     As for ``dead_tail``, and the run is left by more than a smooth signal can that stayed within
-    one step for so long. Rest and the ends of the range are no dropouts.
+    one step for so long. The ends of the range are no dropouts, and rest is none: zero or the
+    median, unless a motion falls to it in a jump; pulses do.
     """
     x = np.asarray(x, float)
     steps = np.abs(np.diff(x))
@@ -100,11 +102,13 @@ def dropouts(x: Array) -> Fault | None:
     starts = np.concatenate([[0], np.flatnonzero(steps) + 1])
     lengths = np.diff(np.append(starts, len(x)))
     ties = int(np.sum(lengths - 1))
-    ends = (x.min(), x.max(), float(np.median(x)), 0.0)
+    ends, rest = (x.min(), x.max()), (float(np.median(x)), 0.0)
     found = []
     for first, length in zip(starts, lengths, strict=True):
         last = int(first + length - 1)
         if int(length) < 3 or first == 0 or last + 1 == len(x) or x[first] in ends:
+            continue
+        if x[first] in rest and (pulses or steps[first - 1] <= LEAVES * smallest):
             continue
         others = ties - int(length - 1)
         if steps[last] > LEAVES * smallest and _rare(int(length - 1), others, len(x)):

@@ -26,6 +26,12 @@ DECAY = 7.0
 STILL = 0.05
 """Share of the peak that the first hundredth of a record stays below where it begins at rest."""
 
+FARTHEST = 0.02
+"""Rates of clocks that are tried: a wrong rate typed in is rounder, a free clock better."""
+
+LONGEST, MOST_RATES = 8192, 200
+"""Samples and rates (to either side) that are looked at, for time."""
+
 EXCITED = 1e-2
 """Share of the largest power from which on a spectral line says something of a delay."""
 
@@ -133,6 +139,49 @@ def clock(x: Array, y: Array, rate_hz: float) -> PairFault | None:
         return None
     words = f"its clock differs by {1e6 * fit.slope:.3g} millionths"
     return PairFault("clock", float(fit.slope), words)
+
+
+def clock_far_off(x: Array, y: Array, rate_hz: float) -> PairFault | None:
+    """Return whether one channel follows from the other only if its clock runs at another rate.
+
+    ``clock`` needs delays that stay below a period of what moves. Here y is read at other rates,
+    up to ``FARTHEST`` off in steps that move the end of the record by a quarter of the period of
+    its mean frequency; each time the share of y's power is taken that no linear relation to x
+    explains, over stretches of the record. It is a fault where another rate explains half of
+    what the stated one leaves, and by more than chance.
+    """
+    count = min(len(x), LONGEST)
+    length = count // SEGMENTS
+    if length < 32:
+        return None
+    at = np.arange(count)
+    x, y = (np.asarray(v, float)[:count] - np.mean(v[:count]) for v in (x, y))
+    spectrum = np.abs(np.fft.rfft(y * np.hanning(count))) ** 2
+    if not np.any(spectrum) or not np.any(x):
+        return None
+    cycles = float(np.sum(np.arange(len(spectrum)) * spectrum) / np.sum(spectrum))
+    steps = int(min(np.ceil(4 * FARTHEST * max(cycles, 1.0)), MOST_RATES))
+    window = np.hanning(length)
+    shape = (SEGMENTS, length)
+    X = np.fft.rfft(window * x[: SEGMENTS * length].reshape(shape), axis=1)
+    power = np.sum(np.abs(X) ** 2, axis=0)
+    use = power > EXCITED * power.max()
+
+    def unexplained(off: float) -> float:
+        read = np.interp(at / (1 + off), at, y)
+        Y = np.fft.rfft(window * read[: SEGMENTS * length].reshape(shape), axis=1)[:, use]
+        told = np.abs(np.sum(np.conj(X[:, use]) * Y, axis=0)) ** 2 / power[use]
+        return float(1 - np.sum(told) / max(np.sum(np.abs(Y) ** 2), 1e-300))
+
+    rates = np.linspace(-FARTHEST, FARTHEST, 2 * steps + 1)
+    left = np.array([unexplained(off) for off in rates])
+    best, here = int(np.argmin(left)), left[steps]
+    data = np.count_nonzero(use) * (SEGMENTS - 1)
+    chance = np.log(len(rates)) - np.log(FALSE_ALARM)
+    if abs(best - steps) < 2 or left[best] > here / 2 or data * np.log(here / left[best]) < chance:
+        return None
+    words = f"its clock is off by about {100 * rates[best]:.2g} %"
+    return PairFault("clock", float(rates[best]), words)
 
 
 def _step(x: Array) -> float:
