@@ -1,6 +1,7 @@
 """The public interface: the examples of its docstrings run, and results show themselves."""
 
 import doctest
+import importlib
 import json
 import subprocess
 import sys
@@ -23,9 +24,13 @@ def found(hit):
     return twin.identify(hit)
 
 
-@pytest.mark.parametrize("name", ["twin", "twin.api"])
+NOUNS = ("modal", "model.twin", "second_order", "state_space", "place", "errors", "frame.design")
+
+
+@pytest.mark.parametrize("name", ["twin", "twin.api", *(f"twin.{noun}" for noun in NOUNS)])
 def test_every_example_in_the_docstrings_runs(name):
-    result = doctest.testmod(sys.modules[name], optionflags=doctest.IGNORE_EXCEPTION_DETAIL)
+    module = importlib.import_module(name)
+    result = doctest.testmod(module, optionflags=doctest.IGNORE_EXCEPTION_DETAIL)
     assert result.attempted
     assert not result.failed
 

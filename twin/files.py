@@ -37,9 +37,13 @@ def check_folder(out: Path) -> Path:
         there = there.parent
     if not there.is_dir():
         raise TwinError(f"{out}: cannot make this folder ({there} is a file)")
-    if not os.access(there, os.W_OK | os.X_OK):
-        raise TwinError(f"{out}: cannot write there (no permission to write in {there})")
-    return out
+    try:
+        # permissions do not tell of a read-only disk, or of a folder that only looks like one
+        with tempfile.TemporaryFile(dir=there):
+            return out
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise TwinError(f"{out}: cannot write there ({reason}: {there})") from None
 
 
 def write_whole(path: Path, write: Callable[[Path], object]) -> Path:

@@ -20,6 +20,11 @@ NODE_FRACTION = 0.05
 class ModalModel:
     """Natural frequencies, damping ratios and mode shapes, in the order of frequency.
 
+    >>> shapes = np.array([[0.5, 1.0], [1.0, -0.5]])
+    >>> modes = ModalModel(np.array([2.0, 6.0]), np.array([0.01, 0.02]), shapes, ("a", "b"))
+    >>> modes.mode_shape[:, 1].real.tolist()
+    [1.0, -0.5]
+
     Attributes:
         natural_freq: undamped natural frequencies [Hz], (modes,).
         damping_ratio: damping ratios, dimensionless, (modes,).
@@ -89,6 +94,9 @@ def mac(a: ComplexArray, b: ComplexArray) -> Array:
     """Modal assurance criterion between the columns of a and b, (modes of a, modes of b).
 
     MAC = |a^H b|^2 / (a^H a)(b^H b): 1 for the same shape, whatever its scale or phase.
+
+    >>> mac(np.array([[1.0], [2.0]]), np.array([[-2.0, 2.0], [-4.0, -1.0]])).round(3).tolist()
+    [[1.0, 0.0]]
 
     Source: Allemang and Brown, 1982.
     """

@@ -11,7 +11,12 @@ _CHANNEL = re.compile(r"^(force|acc|disp|angle|torque)_(ground|pendulum|floor[1-
 
 @dataclass(frozen=True, order=True)
 class Place:
-    """Where something is: ``kind`` is ground, floor, storey or pendulum; ``number`` from 1."""
+    """Where something is: ``kind`` is ground, floor, storey or pendulum; ``number`` from 1.
+
+    >>> place = Place.parse("floor2")
+    >>> place.kind, place.number, str(place)
+    ('floor', 2, 'floor2')
+    """
 
     kind: str
     number: int = 0

@@ -130,8 +130,12 @@ def test_a_folder_that_cannot_be_written_is_refused_before_the_work(tmp_path, ca
     (tmp_path / "file").touch()
     assert called("identify", tmp_path / "no.csv", "--out", tmp_path / "file" / "deep") == 2
     assert "cannot make this folder" in capsys.readouterr().err
-    monkeypatch.setattr("os.access", lambda *_: False)
-    with pytest.raises(TwinError, match="no permission to write in"):
+
+    def refuse(**_):
+        raise OSError(30, "Read-only file system")
+
+    monkeypatch.setattr("tempfile.TemporaryFile", refuse)
+    with pytest.raises(TwinError, match=r"cannot write there \(Read-only file system"):
         check_folder(tmp_path / "new" / "deep")
     assert not (tmp_path / "new").exists()
 
