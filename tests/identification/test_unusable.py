@@ -4,9 +4,22 @@ import re
 
 import numpy as np
 import pytest
-from tests_support import FS, analysed, noisy, one_hit, random_force
+from spoilt_support import (
+    another_clock,
+    constant,
+    dead,
+    dropped,
+    dropped_to_zero,
+    identical,
+    in_g,
+    reversed_at_the_force,
+    saturated,
+)
+from tests_support import FINE, FS, SECONDS, analysed, noisy, one_hit, random_force
 
+from twin.cli import main
 from twin.errors import IdentificationError
+from twin.formats import write_recording
 from twin.identification.doubts import doubts_of_band, doubts_of_data
 from twin.identification.identify import identify
 from twin.recording import Recording
@@ -33,37 +46,11 @@ def doubts(data):
     return doubts_of_data([Recording.build(FS, data, source="x.csv")], CHANNELS[:1], CHANNELS[1:])
 
 
-def saturated(d):
-    limit = 0.8 * np.abs(d["acc_floor2"]).max()
-    d["acc_floor2"] = np.clip(d["acc_floor2"], -limit, limit)
-
-
-def dead(d):
-    d["acc_floor2"][600:] = 0
-
-
-def dropped(d):
-    for k in np.random.default_rng(3).integers(100, 900, 12):
-        d["acc_floor2"][k : k + 12] = d["acc_floor2"][k]
-
-
-def dropped_to_zero(d):
-    for k in np.random.default_rng(3).integers(100, 900, 12):
-        d["acc_floor2"][k : k + 12] = 0
-
-
-def another_clock(d):
-    t = np.arange(len(d["acc_floor2"]))
-    d["acc_floor2"] = np.interp(1.01 * t, t, d["acc_floor2"])
-    for name in d:
-        d[name] = d[name][:1000]
-
-
 KINDS = {
     "saturated": (saturated, "acc_floor2: .* samples stand at the end of its range"),
-    "reversed": (lambda d: d.update(acc_floor1=-d["acc_floor1"]), "acc_floor1: .* reversed"),
-    "constant": (lambda d: d["acc_floor2"].fill(0.3), "acc_floor2 is constant at 0.3"),
-    "identical": (lambda d: d.update(acc_floor2=d["acc_floor1"].copy()), "is the same signal"),
+    "reversed": (reversed_at_the_force, "acc_floor1: .* reversed"),
+    "constant": (constant, "acc_floor2 is constant at 0.3"),
+    "identical": (identical, "is the same signal"),
     "dead tail": (dead, "acc_floor2: it stands still from sample 601 to the end"),
     "dropouts": (dropped, "acc_floor2: .* repeat the one before"),
     "dropouts to zero": (dropped_to_zero, "acc_floor2: .* repeat the one before"),
@@ -112,3 +99,58 @@ def test_a_sensor_that_is_reversed_away_from_the_force_is_said(hit):
 def test_good_data_raise_no_doubt(hit):
     found = identify([Recording.build(FS, hit, source="x")])
     assert not [n for n in found.notes if n.startswith("warning")]
+
+
+def sine(frame):
+    t = np.arange(int(SECONDS * FS * FINE)) / (FS * FINE)
+    return columns(frame, {"force_floor1": 3 * np.sin(2 * np.pi * 2.3 * t)})
+
+
+AT_THE_COMMAND_LINE = {
+    "saturated": saturated, "reversed": reversed_at_the_force, "constant": constant,
+    "identical": identical, "dead tail": dead, "dropouts": dropped, "unit": in_g,
+    "clock": another_clock,
+}  # fmt: skip
+
+
+def command(capsys, monkeypatch, tmp_path, data, *options):
+    monkeypatch.setattr("twin.view.report.write_identification", lambda *_, **__: [])
+    monkeypatch.setenv("COLUMNS", "60")
+    file = tmp_path / "spoilt.csv"
+    write_recording(Recording.build(FS, data, source="spoilt.csv"), file)
+    with pytest.raises(SystemExit) as stop:
+        main(["identify", str(file), "--out", str(tmp_path / "o"), *options])
+    return stop.value.code, capsys.readouterr()
+
+
+def said_before_the_modes(code, printed):
+    """One line each, before the modes or instead of them."""
+    if code:
+        assert code == 2
+        assert len(printed.err.strip().splitlines()) == 1
+        return [printed.err]
+    lines = printed.out.splitlines()
+    modes = next(i for i, line in enumerate(lines) if line.strip() == "Modes")
+    assert not [line for line in lines[modes:] if "warning" in line]
+    return [line for line in lines[:modes] if line.startswith("warning: ")]
+
+
+@pytest.mark.parametrize("kind", AT_THE_COMMAND_LINE)
+def test_the_command_says_it_before_the_modes(kind, shaken, capsys, monkeypatch, tmp_path):
+    data = {n: x.copy() for n, x in shaken.items()}
+    AT_THE_COMMAND_LINE[kind](data)
+    assert said_before_the_modes(*command(capsys, monkeypatch, tmp_path, data))
+
+
+def test_the_command_says_that_a_sine_cannot_tell(frame, capsys, monkeypatch, tmp_path):
+    lines = said_before_the_modes(*command(capsys, monkeypatch, tmp_path, sine(frame)))
+    assert any("cannot be told" in line for line in lines)
+
+
+def test_the_command_says_that_the_band_is_not_excited(shaken, capsys, monkeypatch, tmp_path):
+    done = command(capsys, monkeypatch, tmp_path, shaken, "--band", "13", "15.9")
+    assert said_before_the_modes(*done)
+
+
+def test_the_command_has_no_doubt_of_good_data(shaken, capsys, monkeypatch, tmp_path):
+    assert said_before_the_modes(*command(capsys, monkeypatch, tmp_path, shaken)) == []

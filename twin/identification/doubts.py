@@ -29,6 +29,16 @@ UNEXPLAINED = 0.1
 which take it for noise, are those of an instrument twenty decibels below the signal."""
 
 
+WARNING = "warning: "
+"""How a note begins that has to be read before the modes."""
+
+
+def warnings_and_notes(notes: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Return the notes that are warnings, and the others."""
+    first = [note for note in notes if note.startswith(WARNING)]
+    return first, [note for note in notes if not note.startswith(WARNING)]
+
+
 def doubts_of_data(
     recordings: Sequence[Recording], inputs: Sequence[str], outputs: Sequence[str]
 ) -> list[str]:

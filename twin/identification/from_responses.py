@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from twin.errors import IdentificationError
 from twin.identification.doubts import doubts_of_fit
+from twin.identification.listing import listed_modes
 from twin.identification.modal_response import frequency_response
 from twin.identification.segments import Progress
 from twin.identification.spectra import USABLE_FRACTION, Spectrum
@@ -116,11 +117,9 @@ def identify_responses(
     model = frequency_response(fit.parameters, spectra[0], fit.hold, fit.w_max)
     measured = np.stack([s.Y for s in spectra], axis=2)
     error = float(np.linalg.norm(measured - model) / np.linalg.norm(measured))
-    known = np.array([len(k) > 1 for k in found.families]) | (found.std[1] < found.zeta)
-    if not known.any():
+    listed = listed_modes(found)
+    if not len(listed):
         raise IdentificationError(f"{responses.source}: no mode is known well enough to be named")
-    listed = np.flatnonzero(known)
-    listed = listed[np.argsort(found.omega[listed])]
     modal = ModalModel(
         found.omega[listed] / (2 * np.pi), found.zeta[listed],
         fit.parameters.psi[:, found.leader[listed]], responses.outputs, *found.std[:, listed],

@@ -6,6 +6,7 @@ import numpy as np
 
 from twin.errors import IdentificationError
 from twin.identification.discrete import predict, realize
+from twin.identification.listing import listed_modes
 from twin.identification.modal_response import Hold
 from twin.identification.proportional_damping import proportional_damping
 from twin.identification.records import Records
@@ -40,14 +41,11 @@ def identify_wide(
 def _result(records: Records, found: WideFit) -> Identification:
     fit = found.fit
     p = fit.parameters
-    several_poles = np.array([len(members) > 1 for members in found.families])
-    known = several_poles | (found.std[1] < found.zeta)
-    if not known.any():
+    listed = listed_modes(found)
+    if not len(listed):
         raise IdentificationError(
-            "no mode is known well enough to be named: every damping ratio's deviation exceeds it"
+            "no mode is known well enough to be named: no damping ratio can be told from zero"
         )
-    listed = np.flatnonzero(known)
-    listed = listed[np.argsort(found.omega[listed])]
     rank = found.leader[listed]
     freq, zeta = found.omega[listed] / (2 * np.pi), found.zeta[listed]
     freq_std, damping_std = found.std[:, listed]
@@ -65,10 +63,11 @@ def _result(records: Records, found: WideFit) -> Identification:
             "damping depends on amplitude, or a pair that these sensors do not separate; the list "
             "holds one mode that answers as they do together, the model all of them"
         )
-    if not known.all():
-        at = ", ".join(f"{f / (2 * np.pi):.5g}" for f in np.sort(found.omega[~known]))
+    left = np.setdiff1d(np.arange(len(found.omega)), listed)
+    if len(left):
+        at = ", ".join(f"{f / (2 * np.pi):.5g}" for f in np.sort(found.omega[left]))
         notes.append(
-            f"poles at {at} Hz improve the fit, but their damping's deviation exceeds its value: "
+            f"poles at {at} Hz improve the fit, but their damping cannot be told from zero: "
             "they are part of the model, not of the list"
         )
     second_order = None

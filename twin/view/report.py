@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from rich.console import Console
 
+from twin.identification.doubts import warnings_and_notes
 from twin.identification.from_responses import ResponseIdentification
 from twin.identification.result import Identification
 from twin.laboratory import Performance
@@ -33,9 +34,11 @@ def print_identification(
     truth: Twin | None,
     unseen: Mapping[str, float] | None = None,
 ) -> None:
-    """Print channels, identified beside true parameters, errors and notes."""
+    """Print channels, warnings, identified beside true parameters, errors and notes."""
     for recording in result.recordings:
         console.print(channel_table(recording))
+    warnings, notes = warnings_and_notes(result.notes)
+    _print_warnings(console, warnings)
     rows = modal_rows(result, truth.modes() if truth else None)
     console.print(parameter_table(rows, "Modes"))
     matrices = matrix_rows(
@@ -51,15 +54,20 @@ def print_identification(
     console.print(f"error of the re-simulated outputs: {100 * result.nrmse:.2f} % of their RMS")
     for name, error in (unseen or {}).items():
         console.print(f"error on {name}, not seen by the fit: {100 * error:.2f} % of RMS")
-    for note in result.notes:
+    for note in notes:
         console.print(f"note: {note}", style="dim")
+
+
+def _print_warnings(console: Console, warnings: Sequence[str]) -> None:
+    """Print each in a line of its own, however narrow the terminal."""
+    for line in warnings:
+        console.print(line, style="bold red", soft_wrap=True)
 
 
 def print_responses(console: Console, result: ResponseIdentification) -> None:
     """Print the modes found in frequency responses, warnings first."""
-    for note in result.notes:
-        if note.startswith("warning"):
-            console.print(note, style="bold red")
+    warnings, notes = warnings_and_notes(result.notes)
+    _print_warnings(console, warnings)
     modal = result.modal
     std = modal.natural_freq_std, modal.damping_ratio_std
     rows = []
@@ -69,9 +77,8 @@ def print_responses(console: Console, result: ResponseIdentification) -> None:
         rows.append(Row(f"damping {i + 1}", "%", 100 * z, spread))
     console.print(parameter_table(rows, f"Modes in {result.responses.source}"))
     console.print(f"error of the modelled responses: {100 * result.error:.2f} % of their RMS")
-    for note in result.notes:
-        if not note.startswith("warning"):
-            console.print(f"note: {note}", style="dim")
+    for note in notes:
+        console.print(f"note: {note}", style="dim")
 
 
 def write_identification(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
+from twin.identification.doubts import WARNING, warnings_and_notes
 from twin.identification.result import Identification
 from twin.model import Twin
 from twin.provenance import Provenance, provenance
@@ -48,7 +49,10 @@ def page(
         result.second_order, truth.second_order() if truth else None, result.second_order_std
     )
     others = [plots.time_histories(result, i) for i in range(1, len(result.recordings))]
+    warnings, notes = warnings_and_notes(result.notes)
+    doubts = [printable(line.removeprefix(WARNING)) for line in warnings]
     sections = [
+        Section("Before you trust what follows", [Items(doubts)] if doubts else []),
         Section("Modes", [Table(*table_columns(rows)), Text(BOUND_NOTE)] if rows else []),
         Section("Measured beside the model", _predicted(result, unseen)),
         Section("Frequency responses", [*plots.frequency_responses(result), *_stable(result)]),
@@ -59,7 +63,7 @@ def page(
         Section("Order", [plots.singular_values(result)] if len(result.singular_values) else [],
                 folded=True),
         Section("Other recordings", others, folded=True),
-        Section("Notes", [Items([result.route, *map(printable, result.notes)])]),
+        Section("Notes", [Items([result.route, *map(printable, notes)])]),
     ]  # fmt: skip
     return Page(_title(result), _lead(result, unseen), [s for s in sections if s.blocks], made)
 
