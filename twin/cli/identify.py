@@ -127,19 +127,17 @@ def identify_recordings(
 def _from_responses(
     files: list[Path], band: tuple[float, float] | None, terminal: Console, json: str | None
 ) -> None:
-    """Identify modes from a universal file of frequency responses."""
+    """Identify modes from files of frequency responses."""
     from twin.formats.responses import read_responses
     from twin.identification.from_responses import identify_responses
     from twin.view.report import print_responses
 
-    if len(files) > 1:
-        raise TwinError(f"{files[1]}: frequency responses come in one file, a set for each pair")
     with terminal.status("identifying") as status:
 
         def progress(what: str, step: int, steps: int) -> None:
             status.update(f"{what}, {step} of {steps}")
 
-        result = identify_responses(read_responses(files[0]), band, progress)
+        result = identify_responses(read_responses(files), band, progress)
     print_responses(terminal, result)
     write_json(result.as_json(), json)
 

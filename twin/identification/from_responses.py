@@ -85,11 +85,12 @@ def spectra_of(responses: ResponseSet, band_hz: tuple[float, float] | None) -> l
         )
     omega = 2 * np.pi * f[keep]
     dt = USABLE_FRACTION / float(f[-1])
+    noise = responses.noise()
     unit = np.eye(len(responses.inputs), dtype=complex)
     return [
         Spectrum(
             omega, np.tile(unit[j], (len(omega), 1)), responses.H[keep, :, j], 1, dt,
-            transient=False,
+            transient=False, noise=None if noise is None else noise[keep, :, j],
         )
         for j in range(len(responses.inputs))
     ]  # fmt: skip

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.errors import IdentificationError
-from twin.identification.separable import Projected, project, solve, start_drive
+from twin.identification.separable import project, solve, start_drive
 from twin.identification.separable_terms import Drive, Terms
 from twin.identification.spectra import Spectrum
 from twin.modal import mac
@@ -68,7 +68,8 @@ class Segment:
     def part(self, s: Spectrum) -> Spectrum:
         """Return the lines of a record inside the segment."""
         keep = self.holds(s.omega)
-        return replace(s, omega=s.omega[keep], U=s.U[keep], Y=s.Y[keep])
+        noise = None if s.noise is None else s.noise[keep]
+        return replace(s, omega=s.omega[keep], U=s.U[keep], Y=s.Y[keep], noise=noise)
 
 
 def segments(omega: Array, low: float, high: float, resolution: float) -> list[Segment]:
@@ -95,15 +96,16 @@ def segments(omega: Array, low: float, high: float, resolution: float) -> list[S
         found[index : index + 1] = [Segment(old.low, at), Segment(at, old.high)]
 
 
-def level_weights(error: ComplexArray, power: Array) -> Array:
-    """Return 1 / standard deviation of white noise for every line and output.
+def level_weights(error: ComplexArray, power: Array, noise: Array) -> Array:
+    """Return 1 / standard deviation of noise of known form for every line and output.
 
     Args:
         error: residual, (lines, outputs).
         power: smallest variance to believe, (outputs,).
+        noise: its form, relative standard deviations, (lines, outputs).
     """
-    variance = np.maximum(np.mean(np.abs(error) ** 2, axis=0), power)
-    return np.broadcast_to(1 / np.sqrt(variance), error.shape)
+    variance = np.maximum(np.mean(np.abs(error / noise) ** 2, axis=0), power)
+    return np.asarray(1 / (np.sqrt(variance) * noise))
 
 
 def refine_segment(drive: Drive, segment: Segment, terms: Terms, last: bool) -> Drive:
@@ -126,12 +128,12 @@ def refine_segment(drive: Drive, segment: Segment, terms: Terms, last: bool) -> 
     )
     here = Drive(drive.omega[members], drive.zeta[members], drive.v[members], drive.anchor[members])
     floor = 1e-14 * np.mean(np.abs(own.Y) ** 2, axis=0) + np.finfo(float).tiny
-    weight = level_weights(own.Y, floor)
+    weight = level_weights(own.Y, floor, own.noise)
     own_low, own_high = (min(s.omega[0] for s in terms.spectra), terms.w_max)
     steps = MOST_STEPS if last else FIRST_STEPS
     for _ in range(ROUNDS if last else 1):
         here, done = solve(here, own, weight, TOLERANCE, steps, _outside(here, segment))
-        weight = level_weights(done.error, floor)
+        weight = level_weights(done.error, floor, own.noise)
     while (mine := segment.holds(here.omega)).any():
         done = project(here, own, weight, derivative=False)
         assert done.loss is not None
@@ -147,7 +149,7 @@ def refine_segment(drive: Drive, segment: Segment, terms: Terms, last: bool) -> 
         if not len(here.omega):
             break
         here, done = solve(here, own, weight, TOLERANCE, steps, _outside(here, segment))
-        weight = level_weights(done.error, floor)
+        weight = level_weights(done.error, floor, own.noise)
     if last and len(here.omega):
         here = _with_what_is_missing(here, segment, own, floor)
     mine = segment.holds(here.omega)
@@ -156,11 +158,11 @@ def refine_segment(drive: Drive, segment: Segment, terms: Terms, last: bool) -> 
 
 def _with_what_is_missing(drive: Drive, segment: Segment, own: Terms, floor: Array) -> Drive:
     """Add the mode that the residual asks for most, as long as it pays for its unknowns."""
-    done = project(drive, own, level_weights(own.Y, floor), derivative=False)
+    done = project(drive, own, level_weights(own.Y, floor, own.noise), derivative=False)
     for _ in range(ADDITIONS):
-        weight = level_weights(done.error, floor)
+        weight = level_weights(done.error, floor, own.noise)
         done = project(drive, own, weight, derivative=False)
-        weight = level_weights(done.error, floor)
+        weight = level_weights(done.error, floor, own.noise)
         pole = _loudest(done.error * weight, segment, own)
         if pole is None:
             break
@@ -174,11 +176,10 @@ def _with_what_is_missing(drive: Drive, segment: Segment, own: Terms, floor: Arr
         )
         tried, better = solve(tried, own, weight, TOLERANCE, MOST_STEPS, _outside(tried, segment))
         near = _around(tried, own)
-        gain = (
-            2
-            * float(near.sum())
-            * float(np.sum(np.log(_level(done, near, floor) / _level(better, near, floor))))
-        )
+        if not near.any():
+            break  # it has left the segment
+        before, after = (_level(d.error / own.noise, near, floor) for d in (done, better))
+        gain = 2 * float(near.sum()) * float(np.sum(np.log(before / after)))
         sound = segment.holds(tried.omega[-1:])[0] and tried.zeta[-1] < BROAD
         if gain < np.log(2 * own.Y.size) * _unknowns_of_mode(own) or not sound:
             break
@@ -204,8 +205,8 @@ def _around(drive: Drive, own: Terms) -> NDArray[np.bool_]:
     return np.asarray(np.abs(omega - drive.omega[-1]) <= reach)
 
 
-def _level(done: Projected, lines: NDArray[np.bool_], floor: Array) -> Array:
-    return np.maximum(np.mean(np.abs(done.error[lines]) ** 2, axis=0), floor)
+def _level(error: ComplexArray, lines: NDArray[np.bool_], floor: Array) -> Array:
+    return np.maximum(np.mean(np.abs(error[lines]) ** 2, axis=0), floor)
 
 
 def _loudest(white: ComplexArray, segment: Segment, own: Terms) -> complex | None:

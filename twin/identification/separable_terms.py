@@ -85,6 +85,11 @@ class Terms:
         return np.vstack([s.Y for s in self.spectra])
 
     @property
+    def noise(self) -> Array:
+        """Relative standard deviation of the noise, 1 where it is white, (lines, outputs)."""
+        return np.vstack([np.ones(s.Y.shape) if s.noise is None else s.noise for s in self.spectra])
+
+    @property
     def drives(self) -> int:
         """Components of a mode's drive, r + R."""
         return self.spectra[0].U.shape[1] + sum(s.transient for s in self.spectra)

@@ -38,6 +38,8 @@ class Spectrum:
             known; frequency responses have none.
         from_rest: inputs of a record that starts at rest, (samples, inputs): its end state
             follows from them. None otherwise.
+        noise: standard deviation of every line's noise relative to the others', as a measured
+            coherence tells, (bins, outputs); None for white noise.
     """
 
     omega: Array
@@ -48,11 +50,19 @@ class Spectrum:
     edge: int = 0
     transient: bool = True
     from_rest: Array | None = None
+    noise: Array | None = None
 
     @property
     def z(self) -> ComplexArray:
         """Points on the unit circle, (bins,)."""
         return np.exp(1j * self.omega * self.dt)
+
+    @property
+    def weight(self) -> Array:
+        """Reciprocal variance of each line's noise relative to the others', (bins,)."""
+        if self.noise is None:
+            return np.ones(len(self.omega))
+        return np.asarray(1 / np.mean(self.noise**2, axis=1))
 
     def edge_columns(self) -> ComplexArray:
         """Spectra of unit pulses at the free samples, (bins, 2 * edge)."""

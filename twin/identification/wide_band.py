@@ -113,7 +113,8 @@ def starting_poles(
         held = min(len(s.omega) for s in records)
         highest = int(min(HIGHEST_ORDER, max(held // LINES_A_POLE, 4)))
         orders = range(2, highest + 1, 2)
-        found = diagram(denominator(records, highest), orders, resolution)
+        equations = denominator(records, highest, [s.weight for s in records])
+        found = diagram(equations, orders, resolution)
         steady = [c for c in clusters(found, resolution) if c.orders >= STEADY * len(orders)]
         poles += [c.pole for c in steady if start <= c.pole.imag < stop]
         shown += [p for p in found if start <= p.pole.imag < stop]
@@ -231,11 +232,11 @@ def segment_weights(error: ComplexArray, terms: Terms, parts: Sequence[Segment])
     """Return 1 / standard deviation of the noise, white within each segment, (lines, outputs)."""
     omega = np.concatenate([s.omega for s in terms.spectra])
     floor = 1e-14 * np.mean(np.abs(terms.Y) ** 2, axis=0) + np.finfo(float).tiny
-    weight = np.ones(error.shape)
+    weight, noise = np.ones(error.shape), terms.noise
     for segment in parts:
         inside = segment.holds(omega)
         if inside.any():
-            weight[inside] = level_weights(error[inside], floor)
+            weight[inside] = level_weights(error[inside], floor, noise[inside])
     return weight
 
 
