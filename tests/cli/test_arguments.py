@@ -96,7 +96,7 @@ def test_the_package_runs_as_a_module_and_completes():
     assert done.stdout.split() == ["identify"]
 
 
-@pytest.mark.parametrize("after_s", [0.4, 1.5])
+@pytest.mark.parametrize("after_s", [0.15, 0.4, 1.5])
 def test_an_interruption_is_one_line_from_the_first_moment(tmp_path, after_s):
     arguments = [sys.executable, "-m", "twin", "test", "hammer", "--repeat", "50"]
     process = subprocess.Popen(
@@ -107,8 +107,47 @@ def test_an_interruption_is_one_line_from_the_first_moment(tmp_path, after_s):
     error = process.communicate(timeout=30)[1]
     if "twin" in error:  # else Python itself was still starting
         assert error == "twin: interrupted\n"
-        assert process.returncode == 130
+        assert process.returncode in (130, -signal.SIGINT)
     assert not list(tmp_path.rglob(".part-*"))
+
+
+def test_an_interruption_inside_a_module_that_loads_is_no_other_error():
+    code = (
+        "import os, signal, sys; sys.modules['twin.cli'] = fake = type(sys)('fake')\n"
+        "def run():\n"
+        "    try: os.kill(os.getpid(), signal.SIGINT)\n"
+        "    except KeyboardInterrupt: raise ImportError('initialization failed')\n"
+        "fake.main = run; from twin.__main__ import main; main()"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (130, "twin: interrupted\n")
+
+
+def test_an_interruption_inside_a_destructor_is_not_lost():
+    code = (
+        "import os, signal, sys, time; sys.modules['twin.cli'] = fake = type(sys)('fake')\n"
+        "class Thing:\n"
+        "    def __del__(self): os.kill(os.getpid(), signal.SIGINT); [0 for _ in range(9)]\n"
+        "def run():\n"
+        "    thing = Thing(); del thing; time.sleep(5); print('went on')\n"
+        "fake.main = run; from twin.__main__ import main; main()"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "twin: interrupted\n")
+
+
+@pytest.mark.parametrize(
+    "words", ["convert r.csv r.npz --json ./r.csv", "inspect r.csv --json r.csv"]
+)
+def test_json_is_never_written_over_an_input(tmp_path, monkeypatch, capsys, words):
+    monkeypatch.chdir(tmp_path)
+    source = write_recording(
+        Recording.build(8.0, {"acc_floor1": [0.0, 1.0, 2.0]}), tmp_path / "r.csv"
+    )
+    before = source.read_bytes()
+    assert called(*words.split()) == 2
+    assert "this is an input of the command" in capsys.readouterr().err
+    assert source.read_bytes() == before
 
 
 def test_what_is_written_over_is_said(tmp_path, capsys):

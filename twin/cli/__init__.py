@@ -31,6 +31,9 @@ COMMANDS = (
 )
 """Modules of this package that hold one command each (or a group, as ``test`` does)."""
 
+INTERRUPTED = 130
+"""Exit code after Ctrl-C, as shells have it."""
+
 # typer stands on click or carries a copy of its own: catch what it raises itself
 _USAGE_ERROR: type[Exception] = next(
     kind
@@ -67,16 +70,18 @@ def main(arguments: list[str] | None = None) -> None:
     except TwinError as error:
         _refuse(str(error))
     except typer.Exit as stop:
-        sys.exit(stop.exit_code)
+        # typer makes an Exit of an interruption
+        _interrupted() if stop.exit_code == INTERRUPTED else sys.exit(stop.exit_code)
     except (KeyboardInterrupt, typer.Abort):
-        sys.stderr.write("twin: interrupted\n")
-        sys.exit(130)
+        _interrupted()
     except _USAGE_ERROR as error:
         # without arguments the help has been shown and there is no message
         message = getattr(error, "format_message", error.__str__)()
         if message.strip():
             _refuse(message)
         sys.exit(0)
+    if code == INTERRUPTED:
+        _interrupted()
     if replaced():
         sys.stderr.write(f"twin: replaced {', '.join(replaced())}\n")
     sys.exit(code if isinstance(code, int) else 0)
@@ -98,6 +103,11 @@ def _about(
 ) -> None:
     """A digital twin of a laboratory frame: test it, identify it, look at it."""
     del version  # its callback has printed it
+
+
+def _interrupted() -> NoReturn:
+    sys.stderr.write("twin: interrupted\n")
+    sys.exit(INTERRUPTED)
 
 
 def _stopped(*_: object) -> NoReturn:

@@ -43,6 +43,7 @@ __all__ = [
     "check_json_target",
     "console",
     "folder",
+    "keep_input",
     "made",
     "remember",
     "write_json",
@@ -66,6 +67,10 @@ class Terminal(Console):
     def print(self, *objects: Any, **options: Any) -> None:
         """Print as Console does, tables as wide as they are."""
         for table in (thing for thing in objects if isinstance(thing, Table)):
+            if isinstance(table.title, str) and "\n" not in table.title:
+                # a title wraps at its table's width: on a line of its own it has the terminal's
+                super().print(table.title, style="table.title")
+                table.title = None
             room = self.options.update(width=WIDEST)
             needed = Measurement.get(self, room, table).maximum
             if needed > self.width and all(column.no_wrap for column in table.columns):
@@ -84,12 +89,20 @@ def console(json_target: str | None) -> Console:
 
 
 def check_json_target(target: str | None) -> None:
-    """Raise TwinError before long work when the JSON could not be written after it."""
-    if target in (None, "-"):
+    """Raise TwinError before long work when the JSON could not be written, or onto an input."""
+    if target is None or target == "-":
         return
+    keep_input(Path(target))
     parent = Path(str(target)).resolve().parent
     if not parent.is_dir() or not os.access(parent, os.W_OK) or Path(str(target)).is_dir():
         raise TwinError(f"{target}: cannot write the JSON there")
+
+
+def keep_input(target: Path) -> None:
+    """Raise TwinError where an output is a file that the command's line names a second time."""
+    same = [a for a in _given if Path(a).is_file() and Path(a).resolve() == target.resolve()]
+    if len(same) > 1:
+        raise TwinError(f"{target}: this is an input of the command; write to another file")
 
 
 def write_json(result: dict[str, Any], target: str | None) -> None:

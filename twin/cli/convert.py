@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from twin.cli.common import Json, write_json
+from twin.cli.common import Json, check_json_target, write_json
 
 Map = Annotated[
     list[str] | None,
@@ -56,6 +56,7 @@ def convert(
     from twin.formats import parse_channel_map, read_recording, write_recording
     from twin.signals.sections import resample_recording, trim_seconds
 
+    check_json_target(json)
     recording = read_recording(source, parse_channel_map(channel_map or []), rate)
     if resample is not None:
         # before trimming, so that the filter sees what lies beyond the ends

@@ -33,8 +33,8 @@ TWIN_FILE = "explained_twin.xml"
 def register(app: typer.Typer) -> None:
     """Add the command."""
     example = (
-        "Example: twin diagnose two_storey_lumped --train hits/*.csv shaken/*.csv "
-        "--test unseen/*.csv --out found"
+        "Example: `twin diagnose two_storey_lumped --train hits/hammer_floor1_01.csv "
+        "hits/hammer_floor1_02.csv --test hits/hammer_floor1_03.csv --out found`"
     )
     app.command("diagnose", epilog=example)(diagnose)
 

@@ -82,7 +82,7 @@ def identify_recordings(
     OKID/ERA, then maximum likelihood; the note "route" says which estimate was taken. Figures and
     a Rerun recording go to the folder of --out.
 
-    Example: twin identify hits/*.csv --model two_storey_lumped --out found --json found.json
+    Example: `twin identify hits/*.csv --model two_storey_lumped --out found --json found.json`
     """
     from twin.formats import parse_channel_map, read_recording
     from twin.formats.responses import holds_responses

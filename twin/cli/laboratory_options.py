@@ -11,7 +11,7 @@ HAMMER_HELP = """Hit a structure with an instrumented hammer and record force an
 The defaults are the paper's test: first floor, 32 Hz, 32 s, anti-alias cut-off 16 Hz. Any
 actuator of any model can be hit.
 
-Example: `twin test hammer --floor 1 --noise 0.01 --repeat 3 --out hits --seed 0`
+Example: `twin test hammer two_storey_lumped --floor 1 --noise 0.01 --repeat 3 --out hits`
 
 Example: `twin test hammer cantilever --at force_tip --peak 1 --rate 256 --duration 16 --out hits`
 """

@@ -22,6 +22,9 @@ _MAGIC = (
 )
 """First bytes, what they say, and the suffixes that belong to them."""
 
+BINARY = (".xlsx", ".mat", ".tdms", ".h5", ".hdf5", ".npz", ".npy")
+"""Suffixes of files that never begin with a line of text."""
+
 
 def check_contents(path: Path, supported: str) -> None:
     """Refuse what cannot be read, or what is visibly of another format than its suffix says.
@@ -55,6 +58,7 @@ def check_contents(path: Path, supported: str) -> None:
     if head.startswith(b"PK\x03\x04"):
         _check_zip(path, suffix, supported)
         return
+    known = any(head.startswith(magic) for magic, _, _ in _MAGIC)
     for magic, what, suffixes in _MAGIC:
         if head.startswith(magic) and suffix not in suffixes:
             if suffixes:
@@ -62,6 +66,13 @@ def check_contents(path: Path, supported: str) -> None:
                     f"{path}: this is {what}; rename it to {path.stem}{suffixes[0]}"
                 )
             raise RecordingError(f"{path}: this is {what}, not a recording ({supported})")
+    if not known and suffix in BINARY and _is_text(head):
+        raise RecordingError(f"{path}: this is text; rename it to {path.stem}.csv")
+
+
+def _is_text(head: bytes) -> bool:
+    """Return whether it begins as a table does: printable, with something that separates."""
+    return all(b in b"\t\n\r" or 32 <= b < 127 for b in head) and any(b in b",;\t" for b in head)
 
 
 def _check_zip(path: Path, suffix: str, supported: str) -> None:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from rich.box import SIMPLE_HEAD
+from rich.console import JustifyMethod
 from rich.markup import escape
 from rich.table import Table
 
@@ -63,7 +64,9 @@ def parameter_table(rows: Sequence[Row], title: str) -> Table:
         collapse_padding=True,
     )
     for header in headers:
-        table.add_column(header, justify="left" if header == HEADERS[0] else "right", no_wrap=True)
+        justify: JustifyMethod = "left" if header == HEADERS[0] else "right"
+        # the last head on two lines: the widest table fits eighty columns
+        table.add_column(header.replace("/", "\n/"), justify=justify, no_wrap=True)
     for line in body:
         table.add_row(*map(escape, line))
     if HEADERS[3] in headers:
