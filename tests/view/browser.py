@@ -24,6 +24,19 @@ addEventListener("load", () => {
     const all = [...document.querySelectorAll(".plot")];
     found.drawn = all.filter(p => p.querySelector("svg.main-svg")).length;
     found.plots = all.length;
+    const size = thing => thing.getBoundingClientRect();
+    found.outside = all.flatMap(p => [...p.querySelectorAll("svg.main-svg text")].filter(t => {
+      const own = size(t), room = size(p);
+      return own.width && (own.left < room.left - 1 || own.right > room.right + 1 ||
+        own.top < room.top - 1 || own.bottom > room.bottom + 1);
+    }).map(t => t.textContent));
+    found.covered = all.flatMap(p => {
+      const bar = size(p.querySelector(".modebar"));
+      return [...p.querySelectorAll(".annotation text, .gtitle")].filter(t => {
+        const own = size(t);
+        return own.width && own.right > bar.left && own.bottom > bar.top && own.top < bar.bottom;
+      }).map(t => t.textContent);
+    });
     const plot = all.find(p => p.dataset.link) || all[0];
     const box = plot.querySelector(".nsewdrag").getBoundingClientRect();
     const at = (type, share) => new MouseEvent(type, {
@@ -61,15 +74,34 @@ def chromium():
     return found
 
 
+FRAME = """
+<body style="margin:0"><iframe width="%d" height="2000" style="border:0"></iframe><script>
+const frame = document.querySelector("iframe");
+frame.srcdoc = %s;
+const wait = setInterval(() => {
+  const found = frame.contentDocument?.getElementById("found");
+  if (!found) return;
+  clearInterval(wait);
+  document.body.append(found.cloneNode(true));
+}, 200);
+</script></body>
+"""
+
+
 def opened(html, folder, width=1200):
-    """Open a page, draw all its plots, zoom one by dragging; return what was seen."""
+    """Open a page, draw all its plots, zoom one by dragging; return what was seen.
+
+    No window is narrower than 500 pixels: the page stands in a frame of the width.
+    """
     page = folder / "dragged.html"
-    page.write_text(html.replace("<head>", "<head>" + DRAG, 1), encoding="utf-8")
+    inside = json.dumps(html.replace("<head>", "<head>" + DRAG, 1)).replace("<", "\\u003c")
+    page.write_text(FRAME % (width, inside), encoding="utf-8")
     done = subprocess.run(
         [
             chromium(), "--headless=new", "--no-sandbox", "--disable-gpu", "--dump-dom",
             "--enable-logging=stderr", "--virtual-time-budget=60000",
-            f"--window-size={width},900", f"--user-data-dir={folder / 'profile'}", page.as_uri(),
+            f"--window-size={max(width, 500)},2000", f"--user-data-dir={folder / 'profile'}",
+            page.as_uri(),
         ],
         capture_output=True, text=True, timeout=SECONDS, check=False,
     )  # fmt: skip

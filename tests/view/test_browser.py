@@ -22,9 +22,13 @@ def pages(identification):
     }
 
 
+@pytest.mark.parametrize("width", [1200, 400])
 @pytest.mark.parametrize("name", ["diagnosis", "consistent", "identification", "control"])
-def test_a_browser_draws_and_zooms_without_an_error(pages, name, tmp_path):
-    seen = opened(pages[name], tmp_path)
+def test_a_browser_draws_and_zooms_without_an_error(pages, name, width, tmp_path):
+    seen = opened(pages[name], tmp_path, width)
+    assert seen["outside"] == []
+    assert seen["covered"] == []
+    assert seen["width"] <= width
     assert seen["errors"] == []
     assert seen["console"] == []
     assert seen["drawn"] == seen["plots"] > 0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -57,8 +58,13 @@ def remember(arguments: Sequence[str]) -> None:
 
 
 def made(files: Iterable[str | Path], seed: int | None) -> Provenance:
-    """Return the provenance of what the command that runs writes."""
-    return provenance(_given, files, seed)
+    """Return the provenance of what the command that runs writes, shipped models as their files."""
+    from twin.model_files import shipped, shipped_names
+
+    there = {name: str(shipped(name)) for name in shipped_names() if not Path(name).is_file()}
+    origin = provenance(_given, [there.get(str(file), file) for file in files], seed)
+    labels = {path: f"{name} (of the package)" for name, path in there.items()}
+    return replace(origin, files=tuple((labels.get(f, f), digest) for f, digest in origin.files))
 
 
 class Terminal(Console):

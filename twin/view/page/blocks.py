@@ -52,6 +52,7 @@ class Plot:
         keys: (name, colour) of what is drawn; clicking one hides it.
         link: plots of one name zoom their x axes together.
         wide: whether it takes the page's whole width.
+        signs: letters such as "●" or "╌╌" for names that share their colour with others.
     """
 
     kind: ClassVar[str] = "plot"
@@ -60,6 +61,7 @@ class Plot:
     keys: Sequence[tuple[str, str]] = ()
     link: str = ""
     wide: bool = True
+    signs: Mapping[str, str] = field(default_factory=dict)
 
 
 Block = Text | Command | Items | Table | Plot

@@ -88,11 +88,19 @@ def frequency_responses(result: Identification) -> list[Plot]:
             panels.append(Panel("coherence", lines, share=0.5, y_range=(0, 1.05)))
         keys = [(trace["name"], MEASURED if "marker" in trace else IDENTIFIED) for trace in size]
         drawn = figure(panels, "frequency [Hz]", (0, top))
-        marks = "" if len(result.outputs) == 1 else "; outputs differ in marker and dashes"
-        out.append(
-            Plot(drawn, f"Input {drive}: {found.measured.method}{marks}.", keys, "frequency")
-        )
+        signs = {
+            f"{name} {what}": _SIGNS[i % 4][k]
+            for i, name in enumerate(result.outputs)
+            for k, what in enumerate(("measured", "identified"))
+            if len(result.outputs) > 1
+        }
+        caption = f"Input {drive}: {found.measured.method}."
+        out.append(Plot(drawn, caption, keys, "frequency", signs=signs))
     return out
+
+
+_SIGNS = (("●", "──"), ("■", "╌╌"), ("▲", "┈┈"), ("✕", "─┈"))
+"""What stands for an output's marker and dashes, as ``_style`` has them."""
 
 
 def _style(number: int) -> tuple[str, str]:

@@ -21,8 +21,8 @@ SMOOTH = 500
 DIGITS, X_DIGITS = 5, 8
 """Significant digits of what is drawn, and of where: times grow long."""
 
-ROW_PX, TOP_PX, BARE_TOP_PX, BOTTOM_PX, GAP_PX = 150, 30, 8, 48, 34
-"""Heights of a row of share one, above it with and without a title, below it, between two."""
+ROW_PX, TOP_PX, BARE_TOP_PX, BOTTOM_PX, GAP_PX = 150, 50, 30, 48, 34
+"""Heights of a row of share one, above it (buttons, and a title below them), below, between."""
 
 INK, GRID = "#1d2733", "#e3e8ed"
 FONT = {"family": "system-ui, sans-serif", "size": 12, "color": INK}
@@ -106,7 +106,7 @@ def figure(
             "exponentformat": "power",
         }
         if panel.log:
-            axis["dtick"] = 1
+            axis |= {"dtick": 1, "tickformat": "~g"}
         if panel.y_range:
             axis["range"] = list(panel.y_range)
         if panel.ticks:
