@@ -1,9 +1,10 @@
 """A hypothesis: the twin, mechanisms at ports, and what no law explains, as one state-space model.
 
     M q'' + R q' + K q = B u - sum_j p_j (f_j(d_j, v_j, z_j, t) + g_j(t)) + n,    d_j = p_j^T q
-    y = Cd q + Cv q' + Ca q'' + Cu u + v
+    y = Cd q + Cv q' + Ca q'' + Cu u + h + v
 
-with g_j the discrepancy at the port of each law (a latent force), n process noise, v noise.
+with g_j the discrepancy at the port of each law (a latent force), h that of a channel which sees a
+law jump (an analyser's filter smears jumps, and no law is an exact jump), n process noise, v noise.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
-from twin.engine.blurring import smear
+from twin.engine.blurring import CUT_OFF, smear
 from twin.engine.plant import Plant, plant_of
 from twin.engine.problem import Problem
 from twin.engine.scales import Scales
@@ -30,9 +31,10 @@ from twin.model.linear import LinearModel
 
 Array = NDArray[np.float64]
 
-SMOOTH_STEPS, CORNER_STEPS = 2, 4
-"""Parts of a sample for laws that are smooth, and for those with corners: the midpoint rule's
-phase error, (w h)^2 / 12, is below 1e-4 of the law's force at a tenth of the sampling rate."""
+STEPS = 4
+"""Parts of a sample in which laws are stepped: the midpoint rule's phase error, (w h)^2 / 12, is
+below 1e-3 of the law's force at a quarter of the sampling rate, and its strength is that of eight
+parts to 1e-3."""
 
 START_WIDTH = 3.0
 """Deviation of the state before the first sample, in RMS values of the nominal motion."""
@@ -47,12 +49,16 @@ AMPLIFIED = 10.0
 """By which the motion of an added coordinate may exceed its static one before the first sample:
 that of a resonance of 5 % damping."""
 
+SEEN = 0.01
+"""Share of the largest acceleration that an output may see of any motion, from which it sees that
+of a law's force."""
+
 TINY = 1e-12
 """Displacement that a motion has at least [m], so that covariances are not singular."""
 
 DISCREPANCY_SHARE, DISCREPANCY_DEVIATION = 0.01, 2.0
 """Prior of a law's discrepancy: a hundredth of the forces at its port, give or take a factor of
-seven."""
+seven; of a channel's that sees it jump, the same of its reading."""
 
 
 @dataclass(frozen=True)
@@ -82,6 +88,34 @@ class Hypothesis:
         """Ports of the laws, each once: there stands a discrepancy."""
         return tuple(dict.fromkeys(law.place for law in self.laws))
 
+    @cached_property
+    def smeared(self) -> tuple[str, ...]:
+        """Outputs that see the force of a law that jumps: there stands a discrepancy, too."""
+        model = self.problem.model
+        rows = [model.port(law.place) for law in self._abrupt]
+        inverse = np.linalg.inv(model.M)
+        seen = np.zeros(len(model.outputs))
+        for row in rows:
+            moved = inverse @ row
+            through = np.abs(model.Ca @ moved) / np.linalg.norm(moved)
+            seen = np.maximum(seen, through / np.maximum(np.max(np.abs(model.Ca), axis=1), 1e-300))
+        return tuple(n for n, s in zip(model.outputs, seen, strict=True) if s > SEEN)
+
+    @property
+    def _abrupt(self) -> list[Law]:
+        known = (m for m in self.problem.known if isinstance(m, Law))
+        return [law for law in (*self.laws, *known) if law.abrupt]
+
+    @property
+    def blurred(self) -> bool:
+        """Whether a law jumps."""
+        return bool(self._abrupt)
+
+    @property
+    def doubted(self) -> tuple[str, ...]:
+        """Ports and outputs where a discrepancy stands."""
+        return (*self.ports, *self.smeared)
+
     @property
     def trials(self) -> tuple[Trial, ...]:
         """The recordings."""
@@ -99,13 +133,15 @@ class Hypothesis:
                 mean, deviation = priors[name]
                 title = f"{mechanism.name} {mechanism.place} {name}"
                 out.append(Unknown(title, mean, deviation, parameter.scale == "log", role))
-        for port in self.ports:
-            assert self.scales is not None
-            level = DISCREPANCY_SHARE * self.scales.at(port)[0]
-            out.append(Unknown(f"discrepancy {port}", float(np.log(level)),
-                               DISCREPANCY_DEVIATION, True))  # fmt: skip
-            out.append(Unknown(f"discrepancy {port} frequency", float(np.log(self.middle_hz)),
-                               1.0, True))  # fmt: skip
+        for place in self.doubted:
+            if place in self.smeared:
+                size, quick = self.problem.readings[place], CUT_OFF * self.problem.sampling_hz / 2
+            else:
+                assert self.scales is not None
+                size, quick = self.scales.at(place)[0], self.middle_hz
+            level = float(np.log(DISCREPANCY_SHARE * size))
+            out.append(Unknown(f"discrepancy {place}", level, DISCREPANCY_DEVIATION, True))
+            out.append(Unknown(f"discrepancy {place} frequency", float(np.log(quick)), 1.0, True))
         return (*out, *self.problem.noise_unknowns)
 
     @cached_property
@@ -133,8 +169,8 @@ class Hypothesis:
         values = [u.value(float(x)) for u, x in zip(self.unknowns, z, strict=True)]
         mechanisms = (*self.at(z), *problem.known)
         at = len(problem.base_unknowns) + sum(len(m.parameters) for m in self.mechanisms)
-        plants, which, starts = self._plants(z, mechanisms, values[at : at + 2 * len(self.ports)])
-        at += 2 * len(self.ports)
+        plants, which, starts = self._plants(z, mechanisms, values[at : at + 2 * len(self.doubted)])
+        at += 2 * len(self.doubted)
         noises = []
         for t, recording in enumerate(problem.recordings):
             m = len(problem.model.outputs)
@@ -156,9 +192,7 @@ class Hypothesis:
             assert around is not None
             numbers[j, : len(law.numbers)] = law.numbers
             scales[j] = around.at(law.place)
-        steps = 1
-        if laws:
-            steps = CORNER_STEPS if any(law.abrupt for law in laws) else SMOOTH_STEPS
+        steps = STEPS if laws else 1
         compiled = tuple(Compiled(type(law).law, type(law).flow, len(law.numbers)) for law in laws)
         systems = tuple(plant.system for plant in plants)
         return Assembly(
@@ -207,7 +241,7 @@ class Hypothesis:
             return self._kept[key]
         problem = self.problem
         base = problem.base(z[: len(problem.base_unknowns)])
-        levels = list(zip(self.ports, latent[::2], latent[1::2], strict=True))
+        levels = list(zip(self.doubted, latent[::2], latent[1::2], strict=True))
         groups: dict[tuple[tuple[str, float], ...], int] = {}
         plants: list[Plant] = []
         which = []
@@ -224,16 +258,13 @@ class Hypothesis:
         self._kept[key] = tuple(plants), tuple(which), starts
         return tuple(plants), tuple(which), starts
 
-    def blur(self, trial: int, forces: Array, system: System) -> Array | None:
+    def blur(self, forces: Array, system: System) -> Array:
         """Return variances by which outputs are uncertain because a law jumps, (samples, m).
 
         An analyser's filter smears a jump over its neighbours: by how much is what the force at the
         samples differs from its own band-limited version.
         """
-        known = (m for m in self.problem.known if isinstance(m, Law))
-        if not any(law.abrupt for law in (*self.laws, *known)):
-            return None
-        return smear(forces) ** 2 @ (system.F**2).T
+        return np.asarray(smear(forces) ** 2 @ (system.F**2).T)
 
 
 def loaded(model: LinearModel, added: Mapping[str, float]) -> LinearModel:

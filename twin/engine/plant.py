@@ -48,7 +48,8 @@ def plant_of(
     Args:
         model: the structure as it stands.
         mechanisms: in any order.
-        latent: port, RMS [N] and corner frequency [Hz] of each law's discrepancy.
+        latent: port or output, RMS [N or the output's unit] and corner frequency [Hz] of each
+            discrepancy.
         readings: RMS of each output.
     """
     for mechanism in sorted(mechanisms, key=lambda m: m.stage):
@@ -78,7 +79,12 @@ def plant_of(
     for port, rms, frequency in latent:
         rate_of = 2 * np.pi * frequency
         drive = np.array([rms * np.sqrt(2 * rate_of)])
-        force = entry(-model.port(port)[:, None])
+        if port in model.outputs:
+            seen = np.zeros((len(model.outputs), 1))
+            seen[model.outputs.index(port)] = 1.0
+            force = np.zeros((2 * n, 1)), seen
+        else:
+            force = entry(-model.port(port)[:, None])
         plant = _driven(plant, *force, np.array([[-rate_of]]), drive, np.ones(1))
     for mechanism in mechanisms:
         if isinstance(mechanism, Disturbance):

@@ -1,11 +1,13 @@
 """What a fitted hypothesis predicts: free runs, two seconds ahead, and what noise alone does.
 
 A free run starts from the estimated state before the first sample: with the innovations e(k) of the
-predictor and their slopes H(k) with respect to that state, whose prior covariance is P,
+predictor and their slopes H(k) with respect to that state, whose prior covariance is P, the maximum
+of its posterior has
 
     x0 = -P sum_k H_k^T S_k^-1 e_k
 
-is its smoothed estimate (fixed-point smoothing; Anderson and Moore 1979, section 7.2).
+(fixed-point smoothing; Anderson and Moore 1979, section 7.2), found by Gauss-Newton steps, because
+with laws that are not linear e and H depend on x0.
 """
 
 from __future__ import annotations
@@ -29,6 +31,14 @@ Array = NDArray[np.float64]
 WINDOW_S = 2.0
 """Length of the windows of a prediction ahead [s]."""
 
+BEGINNING = 1024
+"""Samples that tell of the state before the first one, ten time constants of a mode with 1 % of
+damping at a sixtieth of the sampling rate; what comes later a predictor has forgotten."""
+
+STEPS, TRIES, ENOUGH = 12, 8, 0.01
+"""Gauss-Newton steps for that state at most, damped so often at most, and the gain in log posterior
+[nat] below which one is not worth another."""
+
 HOPELESS = 1e6
 """Error that stands for a motion that diverges: JSON has no infinity."""
 
@@ -45,6 +55,7 @@ class Stage:
         plant: the sampled system.
         noise: levels of this recording.
         gain: of the predictor.
+        blur: variances of the outputs because a law jumps, (samples, m), or None.
     """
 
     mechanisms: tuple[Mechanism, ...]
@@ -54,19 +65,55 @@ class Stage:
     plant: Sampled
     noise: Noise
     gain: Gains
+    blur: Array | None
 
     @cached_property
     def followed(self) -> Run:
         """The predictor's pass from the prior's mean."""
-        return run(self.here, self.trial, self.plant, self.gain)
+        return run(self.here, self.trial, self.plant, self.gain, blur=self.blur)
 
     @cached_property
     def start(self) -> Array:
         """The estimated state before the first sample, (n,)."""
-        n = len(self.plant.A)
-        passed = run(self.here, self.trial, self.plant, self.gain, dx0=np.eye(n))
-        part = gaussian(passed, self.trial, None)
-        return np.asarray(-self.noise.start @ (part.whitened(passed.de).T @ part.white.ravel()))
+        first, root = self._first, _root(self.noise.start)
+        blur = None if self.blur is None else self.blur[: len(first.y)]
+
+        def cost(s: Array) -> tuple[float, Array, Array]:
+            """Return minus twice the log posterior, its gradient and its information, halved."""
+            with np.errstate(all="ignore"):
+                passed = run(self.here, first, self.plant, self.gain, x0=root @ s, dx0=root,
+                             blur=blur)  # fmt: skip
+            part = gaussian(passed, first)
+            J, white = part.whitened(passed.de), part.white.ravel()
+            if not np.all(np.isfinite(J)):
+                raise ValueError("the motion diverges")
+            return float(white @ white + s @ s), J.T @ white + s, J.T @ J + np.eye(len(s))
+
+        s = np.zeros(root.shape[1])
+        value, slope, H = cost(s)
+        damping = 0.0
+        for _ in range(STEPS):
+            for _ in range(TRIES):
+                step = -np.linalg.solve(H + damping * np.diag(np.diag(H)), slope)
+                try:
+                    tried = cost(s + step)
+                except ValueError:
+                    tried = None
+                if tried is not None and tried[0] < value:
+                    break
+                damping = max(10 * damping, 1e-3)
+            else:
+                break
+            gained = 0.5 * (value - tried[0])
+            s, (value, slope, H), damping = s + step, tried, damping / 10
+            if gained < ENOUGH:
+                break
+        return np.asarray(root @ s)
+
+    @property
+    def _first(self) -> Trial:
+        own = self.trial
+        return Trial(own.u[:BEGINNING], own.between[:BEGINNING], own.y[:BEGINNING], own.step_s)
 
     def free(self, u: Array | None = None) -> Array:
         """Return the free run, with other inputs where given, (samples, m)."""
@@ -124,7 +171,11 @@ def stages(hypothesis: Hypothesis, z: Array) -> list[Stage]:
     for t, trial in enumerate(here.trials):
         plant, noise = plants[here.which[t]], here.noises[t]
         everything = (*hypothesis.at(z), *hypothesis.problem.known)
-        out.append(Stage(everything, names, here, trial, plant, noise, gains(plant, noise)))
+        gain = gains(plant, noise)
+        blur = None
+        if hypothesis.blurred:
+            blur = hypothesis.blur(run(here, trial, plant, gain).f, plant.system)
+        out.append(Stage(everything, names, here, trial, plant, noise, gain, blur))
     return out
 
 

@@ -90,8 +90,7 @@ class _ScoreTest:
         self.white, self.slopes = [], []
         total = np.eye(len(shared))
         for index, (run, trial) in enumerate(zip(self.runs, value.trials, strict=True)):
-            blur = hypothesis.blur(index, run.f, run.sampled.system) if hypothesis.laws else None
-            part = gaussian(run, trial, blur)
+            part = gaussian(run, trial)
             columns = [
                 i for i, u in enumerate(hypothesis.unknowns) if u.trial is None or u.trial == index
             ]

@@ -88,9 +88,76 @@ def _stationary_of(sampled: Sampled, noise: Noise) -> tuple[Array, Array, Array,
 
 @numba.njit(nogil=True, cache=True)
 def _update(C, V, R, P):  # type: ignore[no-untyped-def]
-    S = C @ P @ C.T + V @ V.T + R
-    inverse = np.linalg.inv(S)
-    return P @ C.T @ inverse, V.T @ inverse, S
+    n, m, w = P.shape[0], C.shape[0], V.shape[1]
+    state, held, S = np.zeros((n, m)), np.zeros((w, m)), np.zeros((m, m))
+    PC, inverse = np.zeros((n, m)), np.zeros((m, m))
+    _correct(C, V, R, P, PC, state, held, S, inverse)
+    return state, held, S
+
+
+@numba.njit(nogil=True, cache=True)
+def _correct(C, V, R, P, PC, state, held, S, inverse):  # type: ignore[no-untyped-def]
+    """Fill gains and the innovations' covariance; loops, for matrices so small cost by the call."""
+    n, m, w = P.shape[0], C.shape[0], V.shape[1]
+    for i in range(n):
+        for o in range(m):
+            total = 0.0
+            for j in range(n):
+                total += P[i, j] * C[o, j]
+            PC[i, o] = total
+    for o in range(m):
+        for q in range(m):
+            total = R[o, q]
+            for i in range(n):
+                total += C[o, i] * PC[i, q]
+            for i in range(w):
+                total += V[o, i] * V[q, i]
+            S[o, q] = total
+    inverse[:] = np.linalg.inv(S)
+    for o in range(m):
+        for i in range(n):
+            total = 0.0
+            for q in range(m):
+                total += PC[i, q] * inverse[q, o]
+            state[i, o] = total
+        for i in range(w):
+            total = 0.0
+            for q in range(m):
+                total += V[q, i] * inverse[q, o]
+            held[i, o] = total
+
+
+@numba.njit(nogil=True, cache=True)
+def _propagate(A, W, Q, P, state, held, S, AP, K, KS):  # type: ignore[no-untyped-def]
+    """Replace P by A P A^T + Q - K S K^T with K = A state + W held."""
+    n, m, w = A.shape[0], S.shape[0], W.shape[1]
+    for i in range(n):
+        for o in range(m):
+            total = 0.0
+            for j in range(n):
+                total += A[i, j] * state[j, o]
+            for j in range(w):
+                total += W[i, j] * held[j, o]
+            K[i, o] = total
+        for l in range(n):  # noqa: E741
+            total = 0.0
+            for j in range(n):
+                total += A[i, j] * P[j, l]
+            AP[i, l] = total
+    for i in range(n):
+        for o in range(m):
+            total = 0.0
+            for q in range(m):
+                total += K[i, q] * S[q, o]
+            KS[i, o] = total
+    for i in range(n):
+        for l in range(i + 1):  # noqa: E741
+            total = 0.5 * (Q[i, l] + Q[l, i])
+            for j in range(n):
+                total += AP[i, j] * A[l, j]
+            for o in range(m):
+                total -= KS[i, o] * K[l, o]
+            P[i, l] = P[l, i] = total
 
 
 @numba.njit(nogil=True, cache=True)
@@ -100,18 +167,17 @@ def _sequence(A, C, W, V, Q, R, start, stationary, first):  # type: ignore[no-un
     state = np.zeros((most + 1, n, m))
     held = np.zeros((most + 1, w, m))
     innovation = np.zeros((most + 1, m, m))
-    C, V = np.ascontiguousarray(C), np.ascontiguousarray(V)
+    PC, inverse = np.zeros((n, m)), np.zeros((m, m))
+    AP, K, KS = np.zeros((n, n)), np.zeros((n, m)), np.zeros((n, m))
     last_state, last_held, last = _update(C, V, R, stationary)
+    size = np.abs(last).max()
     P = start.copy()
     used = 0
     for k in range(most):
-        Kf, Ku, S = _update(C, V, R, P)
-        if first < 0 and np.abs(S - last).max() <= SAME * np.abs(last).max():
+        _correct(C, V, R, P, PC, state[k], held[k], innovation[k], inverse)
+        if first < 0 and np.abs(innovation[k] - last).max() <= SAME * size:
             break
-        state[k], held[k], innovation[k] = Kf, Ku, S
-        K = A @ Kf + W @ Ku
-        P = A @ P @ A.T + Q - K @ S @ K.T
-        P = (P + P.T) / 2
+        _propagate(A, W, Q, P, state[k], held[k], innovation[k], AP, K, KS)
         used = k + 1
     state[used], held[used], innovation[used] = last_state, last_held, last
     return state[: used + 1], held[: used + 1], innovation[: used + 1]

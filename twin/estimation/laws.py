@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import inspect
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
@@ -52,10 +54,16 @@ def _compiled(law: Law) -> tuple[Any, Any]:
 
 
 def _with_one_signature(function: Any, arguments: str, count: int, signature: Any) -> Any:
-    names = {"law": numba.njit(nogil=True)(function)}
+    """Compile a law; the machine code is kept on disk beside the law's file, as numba keeps it."""
+    file = inspect.getsourcefile(function)
+    kept = file is not None and os.path.isfile(file)
+    # the cache knows a function by file and name, and is stale as soon as the file changes
+    name = "_".join([*function.__qualname__.replace("<", "").replace(">", "").split("."), "called"])
+    names = {"law": numba.njit(nogil=True, cache=kept)(function), "__name__": function.__module__}
     numbers = "".join(f", p[{i}]" for i in range(count))
-    exec(f"def chosen({arguments}, p):\n    return law({arguments}{numbers})", names)
-    return numba.cfunc(signature)(names["chosen"])
+    source = f"def {name}({arguments}, p):\n    return law({arguments}{numbers})"
+    exec(compile(source, file if kept and file else "<law>", "exec"), names)
+    return numba.cfunc(signature, cache=kept)(names[name])
 
 
 def addresses(laws: tuple[Law, ...]) -> NDArray[np.int64]:

@@ -4,14 +4,20 @@
 
 with the innovations e of a one-step predictor that has the laws inside (Ljung 1999, section 7.4).
 The state before the first sample is Gaussian with a wide covariance and so integrated out.
+
+Where a law jumps an output is more uncertain than its noise, by variances B that the forces
+themselves tell (``Model.blur``): S there is S + B, and the predictor believes it less, by
+S (S + B)^-1. The forces are those of a pass without B.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from functools import cache
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +40,10 @@ from twin.estimation.stepping import predict
 from twin.estimation.system import Noise, Sampled, System
 
 Array = NDArray[np.float64]
+
+SHARP = 1e-3
+"""Share of an output's innovation variance below which another variance changes nothing: 0.05 % of
+its weight."""
 
 
 @dataclass(frozen=True)
@@ -120,8 +130,17 @@ class Model(Protocol):
     def assemble(self, z: Array) -> Assembly:
         """Return the model at values z [prior deviations from the prior's mean], (p,)."""
 
-    def blur(self, trial: int, forces: Array, system: System) -> Array | None:
-        """Return variances by which outputs are uncertain because of the laws, (samples, m)."""
+    @property
+    def blurred(self) -> bool:
+        """Whether a law makes outputs uncertain beside their noise."""
+
+    def blur(self, forces: Array, system: System) -> Array:
+        """Return variances by which outputs are uncertain because of the laws, (samples, m).
+
+        Args:
+            forces: of the laws at the samples, (samples, l).
+            system: how they enter the outputs.
+        """
 
 
 @dataclass(frozen=True)
@@ -136,6 +155,7 @@ class Run:
         f: forces of the laws at the samples, (samples, l).
         gains: of the predictor.
         sampled: the sampled system.
+        blur: variances of the outputs beside their noise's, (samples, m), or None.
     """
 
     e: Array
@@ -145,6 +165,7 @@ class Run:
     f: Array
     gains: Gains
     sampled: Sampled
+    blur: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -158,11 +179,22 @@ class Value:
     trials: tuple[Trial, ...]
 
 
-def _each(function: Callable[[int], Run], count: int) -> list[Run]:
+@cache
+def _pool() -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(max_workers=os.cpu_count(), thread_name_prefix="recordings")
+
+
+os.register_at_fork(after_in_child=_pool.cache_clear)  # threads do not come along
+
+
+def each(function: Callable[[int], Any], count: int) -> list[Any]:
+    """Return what a function gives for 0, 1, .., side by side on all cores.
+
+    The compiled loops run without the interpreter's lock. The function must not call ``each``.
+    """
     if count == 1:
         return [function(0)]
-    with ThreadPoolExecutor(max_workers=2) as pool:
-        return list(pool.map(function, range(count)))
+    return list(_pool().map(function, range(count)))
 
 
 def run(
@@ -175,6 +207,7 @@ def run(
     z0: Array | None = None,
     begin_s: float = 0.0,
     dx0: Array | None = None,
+    blur: Array | None = None,
 ) -> Run:
     """Step the predictor over one recording.
 
@@ -188,6 +221,7 @@ def run(
         z0: memories of the laws before it, (l,), or zero.
         begin_s: time of the first sample [s].
         dx0: derivatives of the first state, (n, p).
+        blur: variances of the outputs beside their noise's, (samples, m), or None.
     """
     laws, numbers, system = len(assembly.laws), numbers_of(assembly), plant.system
     n, (samples, m) = len(plant.A), trial.y.shape
@@ -199,14 +233,28 @@ def run(
     predict(
         addresses(assembly.laws), step_matrix(plant), read_matrix(plant),
         np.vstack([system.drift, system.rate]), numbers,
-        gain_matrices(gain), c(trial.u), c(trial.between), c(trial.y),
+        gain_matrices(gain), _trust(gain, blur), c(trial.u), c(trial.between), c(trial.y),
         np.zeros(n) if x0 is None else c(x0, dtype=float),
         np.zeros(laws) if z0 is None else c(z0, dtype=float),
         begin_s, plant.steps, trial.step_s, (~assembly.held).astype(float), c(assembly.scales),
         d.step, d.read, d.gain, d.numbers,
         np.zeros((n, p)) if dx0 is None else c(dx0[:, d.order]), d.order, e, de, x, z, f,
     )  # fmt: skip
-    return Run(e, de, x, z, f, gain, plant)
+    return Run(e, de, x, z, f, gain, plant, blur)
+
+
+def _trust(gain: Gains, blur: Array | None) -> Array:
+    """Return S (S + B)^-1 of every sample, (samples, m, m); none where nothing is blurred."""
+    if blur is None:
+        return np.zeros((0, 0, 0))
+    S = gain.innovation[np.minimum(np.arange(len(blur)), len(gain.innovation) - 1)]
+    m = S.shape[1]
+    trust = np.broadcast_to(np.eye(m), S.shape).copy()
+    hit = np.flatnonzero(np.any(blur > SHARP * np.diagonal(S, axis1=1, axis2=2), axis=1))
+    wide = S[hit].copy()
+    wide[:, range(m), range(m)] += blur[hit]
+    trust[hit] = np.linalg.solve(wide, S[hit]).swapaxes(1, 2)
+    return trust
 
 
 def open_loop(gain: Gains) -> Gains:
@@ -214,8 +262,19 @@ def open_loop(gain: Gains) -> Gains:
     return Gains(0 * gain.state[-1:], 0 * gain.held[-1:], gain.innovation, gain.predicted)
 
 
-def evaluate(model: Model, z: Array, derivatives: bool = True) -> Value:
+def evaluate(
+    model: Model,
+    z: Array,
+    derivatives: bool = True,
+    blurs: Sequence[Array | None] | None = None,
+) -> Value:
     """Return the log likelihood at values z, (p,), and its derivatives unless they are not asked.
+
+    Args:
+        model: with its unknowns and recordings.
+        z: their values in prior deviations, (p,).
+        derivatives: whether gradient and information are asked for.
+        blurs: of each recording where they are known already, from a pass nearby.
 
     Raises:
         ValueError: no stationary filter, or a model that cannot be.
@@ -230,17 +289,21 @@ def evaluate(model: Model, z: Array, derivatives: bool = True) -> Value:
         plant = plants[here.which[index]]
         gain = gains(plant, here.noises[index])
         slope = slopes[index] if slopes else None
-        result = run(here, here.trials[index], plant, gain, slope)
+        trial = here.trials[index]
+        blur = blurs[index] if blurs is not None else None
+        if blurs is None and model.blurred:
+            forces = run(here, trial, plant, gain).f
+            blur = model.blur(forces, plant.system)
+        result = run(here, trial, plant, gain, slope, blur=blur)
         for place, assembly in slope.taken_back.items() if slope else ():
-            moved = run(here, assembly.trials[index], plant, gain)
+            moved = run(here, assembly.trials[index], plant, gain, blur=blur)
             result.de[:, :, place] = (moved.e - result.e) / STEP
         return result
 
-    runs = _each(one, len(model.trials))
+    runs: list[Run] = each(one, len(model.trials))
     for index, result in enumerate(runs):
         trial = here.trials[index]
-        blur = model.blur(index, result.f, result.sampled.system) if here.laws else None
-        part = gaussian(result, trial, blur)
+        part = gaussian(result, trial)
         log_likelihood += part.value
         if slopes is None:
             continue
@@ -259,15 +322,14 @@ def evaluate(model: Model, z: Array, derivatives: bool = True) -> Value:
     return Value(log_likelihood, gradient, information, tuple(runs), here.trials)
 
 
-def gaussian(result: Run, trial: Trial, blur: Array | None) -> Part:
+def gaussian(result: Run, trial: Trial) -> Part:
     """Return the log density of one recording's innovations and what its derivatives need.
 
     Args:
         result: the predictor's pass.
         trial: the recording; what is missing in it does not count.
-        blur: further variances of the outputs, (samples, m), or None.
 
     Raises:
         ValueError: a covariance that is not positive.
     """
-    return density(result.e, trial.y, result.gains.innovation, blur)
+    return density(result.e, trial.y, result.gains.innovation, result.blur)

@@ -5,9 +5,10 @@ c = (x, n, u, u+, f), state, held disturbances, inputs before and after, forces 
 
     x+ = step c          over a part of a sample,
     y  = read (x, u, f)  at a sample,            e = y measured - y,
-    (x, n) = (x, 0) + gain e                     where it was measured,
+    (x, n) = (x, 0) + gain T e                   where it was measured,
 
-so that X+ = step C + dstep c with C the derivatives of c, and likewise for the others. Laws' forces
+so that X+ = step C + dstep c with C the derivatives of c, and likewise for the others; T is how far
+an output is trusted where it is more uncertain than its noise (``likelihood.run``). Laws' forces
 follow from the motion that they move themselves (``twin.estimation.implicit``).
 """
 
@@ -29,8 +30,8 @@ FAR = 1e9
 
 @numba.njit(nogil=True, cache=True)
 def predict(
-    laws, step, read, ports, numbers, gain, u, between, y, x0, z0, begin_s, steps, step_s, ramps,
-    scales, dstep, dread, dgain, dnumbers, dx0, order, e_out, de_out, x_out, z_out, f_out,
+    laws, step, read, ports, numbers, gain, trust, u, between, y, x0, z0, begin_s, steps, step_s,
+    ramps, scales, dstep, dread, dgain, dnumbers, dx0, order, e_out, de_out, x_out, z_out, f_out,
 ):  # fmt: skip
     """Fill innovations and their derivatives, and the states before each sample.
 
@@ -43,6 +44,7 @@ def predict(
         ports: displacements, then rates, at the laws' ports, (2 l, n).
         numbers: of the laws, (l, most).
         gain: of state and held disturbances, (t, n + w, m); the last one for all later samples.
+        trust: what multiplies the innovations before they correct, (samples, m, m), or empty.
         u, between: inputs as the outputs see them, and as they drive the states, (samples, r).
         y: measured outputs, (samples, m); NaN where there is none.
         x0, z0: state (n,) and memories (l,) before the first sample.
@@ -64,7 +66,8 @@ def predict(
     # c of a part of a sample, what the outputs are read from, and the derivatives
     c, seen = np.zeros(step.shape[1]), np.zeros(n + r + count)
     X, Y, dfree = np.zeros((n + w, p)), np.zeros((m, p)), np.zeros((n, p))
-    e, free = np.zeros(m), np.zeros(n)
+    e, free, weighed = np.zeros(m), np.zeros(n), np.zeros((m, p))
+    doubted = len(trust) > 0
     z, df, dz = z0.copy(), np.zeros((count, p)), np.zeros((count, p))
     # displacements and rates at the ports: where a step begins, and their derivatives
     begun, dbegun, dended = np.zeros(2 * count), np.zeros((2 * count, p)), np.zeros((2 * count, p))
@@ -107,6 +110,12 @@ def predict(
                     de_out[k, o, order[a]] = Y[o, a]
         # the correction by what was measured, which moves the ports too
         here = gain[min(k, len(gain) - 1)]
+        if doubted:
+            for o in range(m):
+                e[o] = along(trust[k, o], e_out[k], m)
+            weighed[:] = 0.0
+            add_product(weighed, trust[k], 0, Y, m)
+            Y[:] = weighed
         for i in range(n + w):
             c[i] = along(here[i], e, m) + (c[i] if i < n else 0.0)
         if p:
