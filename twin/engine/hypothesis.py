@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag
 
 from twin.engine.blurring import CUT_OFF, smear
 from twin.engine.plant import Plant, plant_of
@@ -139,7 +138,7 @@ class Hypothesis:
             else:
                 assert self.scales is not None
                 size, quick = self.scales.at(place)[0], self.middle_hz
-            level = float(np.log(DISCREPANCY_SHARE * size))
+            level = float(np.log(DISCREPANCY_SHARE * max(size, TINY)))
             out.append(Unknown(f"discrepancy {place}", level, DISCREPANCY_DEVIATION, True))
             out.append(Unknown(f"discrepancy {place} frequency", float(np.log(quick)), 1.0, True))
         return (*out, *self.problem.noise_unknowns)
@@ -210,16 +209,24 @@ class Hypothesis:
     def _start(self, trial: int, plant: Plant) -> Array:
         """Return the covariance of the state before the first sample."""
         own, total = len(self.problem.scale[trial]), plant.coordinates
-        w = np.sqrt(np.abs(np.diag(self.problem.model.K)))
-        w = np.maximum(w, 2 * np.pi * SLOWEST_HZ)
+        w = self._rates
         q = START_WIDTH * self.problem.scale[trial] + TINY
-        rms = np.zeros(2 * total)
-        rms[:own], rms[total : total + own] = q, q * w
-        # what hangs on the structure or gives way under it is driven by the structure's motion
-        w_own = np.sqrt(plant.stiffness[own:] / plant.mass[own:])
-        rms[own:total] = AMPLIFIED * np.max(q * w**2, initial=TINY) / w_own**2
-        rms[total + own :] = rms[own:total] * w_own
-        return block_diag(np.diag(rms**2), plant.start)
+        variance = np.zeros(2 * total)
+        variance[:own], variance[total : total + own] = q**2, (q * w) ** 2
+        if total > own:
+            # what hangs on the structure or gives way under it is driven by the structure's motion
+            w_own = np.sqrt(plant.stiffness[own:] / plant.mass[own:])
+            more = AMPLIFIED * np.max(q * w**2, initial=TINY) / w_own**2
+            variance[own:total], variance[total + own :] = more**2, (more * w_own) ** 2
+        out = np.zeros((2 * total + len(plant.start),) * 2)
+        out[range(2 * total), range(2 * total)] = variance
+        out[2 * total :, 2 * total :] = plant.start
+        return out
+
+    @cached_property
+    def _rates(self) -> Array:
+        w = np.sqrt(np.abs(np.diag(self.problem.model.K)))
+        return np.asarray(np.maximum(w, 2 * np.pi * SLOWEST_HZ))
 
     @cached_property
     def _kept(self) -> dict[tuple[float, ...], tuple[Any, ...]]:

@@ -67,10 +67,19 @@ def screen(
     test = _ScoreTest(hypothesis, fit, value)
     laws = [(c, s) for c in candidates for s in c.starts if isinstance(s, Law)]
     rest = [c for c in candidates if not isinstance(c.starts[0], Law)]
-    others = [(c, s) for c in rest for s in c.starts if c.starts[0].valleys == 1]
     scores = _of_laws(test, laws, moved)
-    scores += _of_valleys(fit, hypothesis, [c for c in rest if c.starts[0].valleys > 1])
-    scores += [_of_linear(test, candidate, start) for candidate, start in others]
+    least = float(np.log(max(len(candidates), 2)))
+    valleys = []
+    for candidate in rest:
+        if candidate.starts[0].valleys == 1:
+            scores += _of_linear(test, candidate)
+            continue
+        told = [_direction(test, candidate, s.scaled(SMALL)) for s in candidate.starts]
+        found = [s for s, t in zip(candidate.starts, told, strict=True) if t and t[0] > least]
+        scores.append(Score(candidate, candidate.starts[0], 0.0))
+        if found:
+            valleys.append(replace(candidate, starts=tuple(found)))
+    scores += _of_valleys(fit, hypothesis, valleys, least)
     best: dict[tuple[str, str], Score] = {}
     for score in scores:
         kept = best.get(score.candidate.label)
@@ -168,39 +177,97 @@ def _scaled(
     return Score(candidate, start.scaled(strength), gain, moved)
 
 
-def _of_linear(test: _ScoreTest, candidate: Candidate, start: Mechanism) -> Score:
-    """Return the expected gain of what is linear in its strength, or is tried as it is."""
-    if (freed := _freed(test, candidate, start)) is not None:
-        return freed
-    grown = added(test.hypothesis, candidate, start)
+def _of_linear(test: _ScoreTest, candidate: Candidate) -> list[Score]:
+    """Return the expected gains of what is linear in its strength, or is tried as it is."""
+    if (freed := _freed(test, candidate, candidate.starts[0])) is not None:
+        return [freed]
+    scores = []
+    for first, alike in directions_of(candidate.starts):
+        small = first.scaled(SMALL)
+        if isinstance(first, Disturbance) or small == first:
+            whole = _near(test, candidate, first)
+            rise = 0.0 if whole is None else whole.log_likelihood - test.fit.log_likelihood
+            scores.append(Score(candidate, first, max(rise, 0.0)))
+            continue
+        told = _direction(test, candidate, small)
+        if told is not None:
+            gain, strength, shift = told
+            scores += [_scaled(test, candidate, start, gain, strength / ratio, shift * ratio)
+                       for start, ratio in alike]  # fmt: skip
+    return scores
 
-    def at(mechanism: Mechanism) -> Value | None:
-        z = moved_to(grown, test.hypothesis, test.fit.z, mechanism)
-        try:
-            return evaluate(grown, z, derivatives=False)
-        except (ValueError, np.linalg.LinAlgError):
-            return None
 
-    whole = at(start)
-    direct = -np.inf if whole is None else whole.log_likelihood - test.fit.log_likelihood
-    tried = Score(candidate, start, max(direct, 0.0))
-    small = start.scaled(SMALL)
-    near = None if isinstance(start, Disturbance) or small == start else at(small)
+def _direction(
+    test: _ScoreTest, candidate: Candidate, small: Mechanism
+) -> tuple[float, float, Array] | None:
+    """Return gain and strength, of either sign, along what a small mechanism changes."""
+    near = _near(test, candidate, small)
     if near is None:
-        return tried
+        return None
     directions = []
     for run, here, part in zip(near.runs, test.runs, test.parts, strict=True):
         change = (run.e - here.e)[:, :, None] / SMALL
         directions.append(part.whitened(np.ascontiguousarray(change)))
     gain, strength, shift = test.gains(directions)
-    score = _scaled(test, candidate, start, float(gain[0]), float(strength[0]), shift[:, 0])
-    return max(score, tried, key=lambda s: s.gain)
+    return float(gain[0]), float(strength[0]), shift[:, 0]
 
 
-def _of_valleys(fit: Fit, hypothesis: Hypothesis, candidates: Sequence[Candidate]) -> list[Score]:
+def _near(test: _ScoreTest, candidate: Candidate, start: Mechanism) -> Value | None:
+    """Return the likelihood with a mechanism and everything else as it is, if there is one."""
+    grown = added(test.hypothesis, candidate, start)
+    z = moved_to(grown, test.hypothesis, test.fit.z, start)
+    try:
+        return evaluate(grown, z, derivatives=False, blurs=[run.blur for run in test.runs])
+    except (ValueError, np.linalg.LinAlgError):
+        return None
+
+
+def directions_of(
+    starts: Sequence[Mechanism],
+) -> list[tuple[Mechanism, list[tuple[Mechanism, float]]]]:
+    """Return first guesses of which none is another one, only stronger.
+
+    Each with all that are: (mechanism, strength as a share of the first one's, either sign).
+    """
+    out: list[tuple[Mechanism, list[tuple[Mechanism, float]]]] = []
+    for start in starts:
+        for first, alike in out:
+            if (ratio := _stronger(first, start)) is not None:
+                alike.append((start, ratio))
+                break
+        else:
+            out.append((start, [(start, 1.0)]))
+    return out
+
+
+def _stronger(first: Mechanism, other: Mechanism) -> float | None:
+    """Return by what factor one mechanism is another one's strength, None where it is no such."""
+    if not first.parameters:
+        return None
+    name = next(iter(first.parameters))
+    step = first.scaled(2.0).values[name] - first.values[name]
+    if not np.isfinite(step) or step == 0.0:
+        return None
+    ratio = 1 + (other.values[name] - first.values[name]) / step
+    if ratio == 0.0:
+        return None
+    same = first.scaled(ratio).values
+    close = (np.isclose(same[n], v, rtol=1e-9, atol=0.0) for n, v in other.values.items())
+    return float(ratio) if all(close) else None
+
+
+def _of_valleys(
+    fit: Fit, hypothesis: Hypothesis, candidates: Sequence[Candidate], least: float
+) -> list[Score]:
     """Return what candidates with several valleys promise: short fits on a part of the samples.
 
-    Something that resonates by itself has no direction at strength zero that shows what it does.
+    Something that resonates by itself shows at strength zero that it is there, not what it does.
+
+    Args:
+        fit: the present one.
+        hypothesis: what was fitted.
+        candidates: with the first guesses that the score test does not rule out.
+        least: gain that matters [nat]; a fit ends where it cannot come to it.
     """
     if not candidates:
         return []
@@ -215,15 +282,16 @@ def _of_valleys(fit: Fit, hypothesis: Hypothesis, candidates: Sequence[Candidate
     known = {u.name: z for u, z in zip(hypothesis.unknowns, fit.z, strict=True)}
     scores = []
     for candidate in candidates:
-        best = Score(candidate, candidate.starts[0], 0.0)
         begun = []
         for start in candidate.starts:
             grown = added(short, candidate, start)
             begun.append(likeliest(grown, beginnings(grown, moved_to(grown, short, here.z, start))))
         begun.sort(key=lambda pair: -pair[0])
+        best = Score(candidate, candidate.starts[0], 0.0)
         for _, z, grown in begun[: candidate.starts[0].valleys]:
+            worth = here.log_posterior + max(best.gain, least) / share
             try:
-                found = climb(grown, z, most=VALLEY_STEPS)
+                found = climb(grown, z, most=VALLEY_STEPS, hopeless=worth)
             except (ValueError, np.linalg.LinAlgError):
                 continue
             gain = share * (found.log_posterior - here.log_posterior)
