@@ -9,19 +9,19 @@ s^2 / (2 I) at the strength s / I. That is a shortlist, not a verdict.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.engine.beginning import added, beginnings, likeliest, moved_to
+from twin.engine.beginning import added, moved_to
 from twin.engine.candidates import Candidate
 from twin.engine.hypothesis import Hypothesis
 from twin.engine.problem import Motion
 from twin.engine.response import force_along, respond
+from twin.engine.valleys import Score, of_valleys
 from twin.estimation.fit import Fit
-from twin.estimation.fit import fit as climb
 from twin.estimation.likelihood import Value, evaluate, gaussian
 from twin.mechanisms.mechanism import Disturbance, Law, Mechanism
 
@@ -30,33 +30,9 @@ Array = NDArray[np.float64]
 SMALL = 1e-4
 """Strength, as a share of a first guess, at which a linear candidate's direction is taken."""
 
-PART = 1024
-"""Samples of each recording that valleys are looked for in: four seconds at 256 Hz, enough to tell
-resonances a quarter of a hertz apart; the fit that follows sees all."""
-
-VALLEY_STEPS = 6
-"""Gauss-Newton steps in each valley; the fit that follows takes the rest."""
-
 REACH = (0.02, 50.0)
 """Strengths, as shares of a first guess, that a fit may start from: beyond, another first guess or
 another law is nearer."""
-
-
-@dataclass(frozen=True)
-class Score:
-    """What one first guess of a candidate promises.
-
-    Attributes:
-        candidate: whose it is.
-        start: the mechanism from which a fit would begin.
-        gain: expected rise of the log likelihood [nat].
-        shift: how the other unknowns would move with it: name -> prior deviations.
-    """
-
-    candidate: Candidate
-    start: Mechanism
-    gain: float
-    shift: Mapping[str, float] = field(default_factory=dict)
 
 
 def screen(
@@ -79,7 +55,7 @@ def screen(
         scores.append(Score(candidate, candidate.starts[0], 0.0))
         if found:
             valleys.append(replace(candidate, starts=tuple(found)))
-    scores += _of_valleys(fit, hypothesis, valleys, least)
+    scores += of_valleys(fit, hypothesis, valleys)
     best: dict[tuple[str, str], Score] = {}
     for score in scores:
         kept = best.get(score.candidate.label)
@@ -254,56 +230,6 @@ def _stronger(first: Mechanism, other: Mechanism) -> float | None:
     same = first.scaled(ratio).values
     close = (np.isclose(same[n], v, rtol=1e-9, atol=0.0) for n, v in other.values.items())
     return float(ratio) if all(close) else None
-
-
-def _of_valleys(
-    fit: Fit, hypothesis: Hypothesis, candidates: Sequence[Candidate], least: float
-) -> list[Score]:
-    """Return what candidates with several valleys promise: short fits on a part of the samples.
-
-    Something that resonates by itself shows at strength zero that it is there, not what it does.
-
-    Args:
-        fit: the present one.
-        hypothesis: what was fitted.
-        candidates: with the first guesses that the score test does not rule out.
-        least: gain that matters [nat]; a fit ends where it cannot come to it.
-    """
-    if not candidates:
-        return []
-    problem = hypothesis.problem
-    part = replace(
-        problem,
-        recordings=tuple(replace(r, u=r.u[:PART], y=r.y[:PART]) for r in problem.recordings),
-    )
-    share = problem.samples / part.samples
-    short = replace(hypothesis, problem=part)
-    here = climb(short, fit.z, most=2)
-    known = {u.name: z for u, z in zip(hypothesis.unknowns, fit.z, strict=True)}
-    scores = []
-    for candidate in candidates:
-        begun = []
-        for start in candidate.starts:
-            grown = added(short, candidate, start)
-            begun.append(likeliest(grown, beginnings(grown, moved_to(grown, short, here.z, start))))
-        begun.sort(key=lambda pair: -pair[0])
-        best = Score(candidate, candidate.starts[0], 0.0)
-        for _, z, grown in begun[: candidate.starts[0].valleys]:
-            worth = here.log_posterior + max(best.gain, least) / share
-            try:
-                found = climb(grown, z, most=VALLEY_STEPS, hopeless=worth)
-            except (ValueError, np.linalg.LinAlgError):
-                continue
-            gain = share * (found.log_posterior - here.log_posterior)
-            if gain > best.gain:
-                shift = {
-                    u.name: float(x) - known[u.name]
-                    for u, x in zip(grown.unknowns, found.z, strict=True)
-                    if u.role != "noise" and u.name in known
-                }
-                best = Score(candidate, grown.at(found.z)[-1], gain, shift)
-        scores.append(best)
-    return scores
 
 
 def _freed(test: _ScoreTest, candidate: Candidate, start: Mechanism) -> Score | None:

@@ -1,0 +1,99 @@
+"""First guesses of mechanisms that resonate by themselves: short fits, of which the likelier go on.
+
+Such a mechanism shows at strength zero that it is there, not what it does: its likelihood has one
+valley for every frequency.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.engine.beginning import added, beginnings, likeliest, moved_to
+from twin.engine.candidates import Candidate
+from twin.engine.hypothesis import Hypothesis
+from twin.estimation.fit import Fit
+from twin.estimation.fit import fit as climb
+from twin.mechanisms.mechanism import Mechanism
+
+Array = NDArray[np.float64]
+
+PART = 1024
+"""Samples of each recording that valleys are looked for in: four seconds at 256 Hz, enough to tell
+resonances a quarter of a hertz apart; the fit that follows sees all."""
+
+LAPS = (1, 2, 3)
+"""Gauss-Newton steps in each valley, after each of which the likelier half goes on (successive
+halving; Jamieson and Talwalkar 2016); the fit that follows takes the rest."""
+
+
+@dataclass(frozen=True)
+class Score:
+    """What one first guess of a candidate promises.
+
+    Attributes:
+        candidate: whose it is.
+        start: the mechanism from which a fit would begin.
+        gain: expected rise of the log likelihood [nat].
+        shift: how the other unknowns would move with it: name -> prior deviations.
+    """
+
+    candidate: Candidate
+    start: Mechanism
+    gain: float
+    shift: Mapping[str, float] = field(default_factory=dict)
+
+
+def of_valleys(fit: Fit, hypothesis: Hypothesis, candidates: Sequence[Candidate]) -> list[Score]:
+    """Return what candidates with several valleys promise: short fits on a part of the samples.
+
+    Args:
+        fit: the present one.
+        hypothesis: what was fitted.
+        candidates: with the first guesses that the score test does not rule out.
+    """
+    if not candidates:
+        return []
+    problem = hypothesis.problem
+    part = replace(
+        problem,
+        recordings=tuple(replace(r, u=r.u[:PART], y=r.y[:PART]) for r in problem.recordings),
+    )
+    share = problem.samples / part.samples
+    short = replace(hypothesis, problem=part)
+    here = climb(short, fit.z, most=2)
+    known = {u.name: z for u, z in zip(hypothesis.unknowns, fit.z, strict=True)}
+    scores = []
+    for candidate in candidates:
+        runners = []
+        for start in candidate.starts:
+            grown = added(short, candidate, start)
+            z = moved_to(grown, short, here.z, start)
+            runners.append(likeliest(grown, beginnings(grown, z)))
+        for steps in LAPS:
+            runners = [_further(*runner, steps) for runner in runners]
+            runners.sort(key=lambda runner: -runner[0])
+            runners = runners[: (len(runners) + 1) // 2]
+        posterior, z, grown = runners[0]
+        shift = {
+            u.name: float(x) - known[u.name]
+            for u, x in zip(grown.unknowns, z, strict=True)
+            if u.role != "noise" and u.name in known
+        }
+        gain = share * (posterior - here.log_posterior)
+        scores.append(Score(candidate, grown.at(z)[-1], max(gain, 0.0), shift))
+    return scores
+
+
+def _further(
+    posterior: float, z: Array, grown: Hypothesis, steps: int
+) -> tuple[float, Array, Hypothesis]:
+    """Return where so many steps lead: log posterior, values and the hypothesis."""
+    try:
+        found = climb(grown, z, most=steps)
+    except (ValueError, np.linalg.LinAlgError):
+        return posterior, z, grown
+    return found.log_posterior, found.z, grown
