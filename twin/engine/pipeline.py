@@ -20,8 +20,8 @@ from twin.engine.pictures import force_pictures
 from twin.engine.predict import stages
 from twin.engine.prepare import DAMPING_TOLERANCE, TOLERANCE, UNKNOWN, Prepared, prepare
 from twin.engine.problem import Between, Problem
-from twin.engine.screening import Score
 from twin.engine.search import Explanation, Found, search, start_of
+from twin.engine.valleys import Score
 from twin.engine.verdict import Judgement, judge
 from twin.estimation.fit import fit
 from twin.mechanisms.mass import Mass

@@ -2,12 +2,13 @@
 
 A free run starts from the estimated state before the first sample: with the innovations e(k) of the
 predictor and their slopes H(k) with respect to that state, whose prior covariance is P, the maximum
-of its posterior has
+of its posterior is where
 
-    x0 = -P sum_k H_k^T S_k^-1 e_k
+    x0 + P sum_k H_k^T S_k^-1 e_k = 0
 
-(fixed-point smoothing; Anderson and Moore 1979, section 7.2), found by Gauss-Newton steps, because
-with laws that are not linear e and H depend on x0.
+(fixed-point smoothing; Anderson and Moore 1979, section 7.2). With laws that are not linear e and H
+depend on x0, so it is found by Gauss-Newton steps, with the predictor of a state that is known to
+begin with.
 """
 
 from __future__ import annotations
@@ -77,12 +78,12 @@ class Stage:
         """The estimated state before the first sample, (n,)."""
         first, root = self._first, _root(self.noise.start)
         blur = None if self.blur is None else self.blur[: len(first.y)]
+        gain = gains(self.plant, replace(self.noise, start=0 * self.noise.start))
 
         def cost(s: Array) -> tuple[float, Array, Array]:
             """Return minus twice the log posterior, its gradient and its information, halved."""
             with np.errstate(all="ignore"):
-                passed = run(self.here, first, self.plant, self.gain, x0=root @ s, dx0=root,
-                             blur=blur)  # fmt: skip
+                passed = run(self.here, first, self.plant, gain, x0=root @ s, dx0=root, blur=blur)
             part = gaussian(passed, first)
             J, white = part.whitened(passed.de), part.white.ravel()
             if not np.all(np.isfinite(J)):

@@ -12,7 +12,8 @@ from twin.engine.beginning import added, beginnings, likeliest, moved_to, widene
 from twin.engine.candidates import Candidate, motions, scales_of
 from twin.engine.hypothesis import Hypothesis
 from twin.engine.problem import Motion, Problem
-from twin.engine.screening import Score, screen
+from twin.engine.screening import screen
+from twin.engine.valleys import Score
 from twin.estimation.fit import Fit, fit
 from twin.estimation.likelihood import Run, evaluate
 
