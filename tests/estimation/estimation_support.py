@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from twin.estimation.laws import Law
-from twin.estimation.likelihood import Assembly, Trial, Unknown
+from twin.estimation.model import Assembly, Trial, Unknown
 from twin.estimation.system import Noise, System
 
 RATE_HZ = 64.0

@@ -5,7 +5,8 @@ import pytest
 from estimation_support import CUBIC, FRICTION, TwoMasses, shaken
 
 from twin.estimation.fit import FARTHEST, Fit, fit
-from twin.estimation.likelihood import Unknown, evaluate
+from twin.estimation.likelihood import evaluate
+from twin.estimation.model import Unknown
 
 
 def cubic(samples=600, seed=11):

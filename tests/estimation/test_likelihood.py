@@ -10,7 +10,8 @@ from estimation_support import (
 )
 from scipy.stats import multivariate_normal
 
-from twin.estimation.likelihood import Trial, evaluate
+from twin.estimation.likelihood import evaluate
+from twin.estimation.model import Trial
 
 
 def joint(model, z, trial):

@@ -23,7 +23,7 @@ from twin.engine.problem import Problem
 from twin.engine.scales import Scales
 from twin.estimation.laws import MOST_NUMBERS
 from twin.estimation.laws import Law as Compiled
-from twin.estimation.likelihood import Assembly, Trial, Unknown
+from twin.estimation.model import Assembly, Trial, Unknown
 from twin.estimation.system import Noise, System
 from twin.mechanisms.mechanism import ChannelFault, Law, Mechanism
 from twin.model.linear import LinearModel

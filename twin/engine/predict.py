@@ -23,7 +23,8 @@ from numpy.typing import NDArray
 from twin.engine.hypothesis import Hypothesis
 from twin.engine.problem import Problem
 from twin.estimation.kalman import Gains, gains
-from twin.estimation.likelihood import Assembly, Run, Trial, gaussian, open_loop, run
+from twin.estimation.likelihood import Run, gaussian, open_loop, run
+from twin.estimation.model import Assembly, Trial
 from twin.estimation.system import Noise, Sampled, sampled
 from twin.mechanisms.mechanism import ChannelFault, Mechanism
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from twin.arrays import frozen
 from twin.engine.scales import Scales
-from twin.estimation.likelihood import Trial, Unknown
+from twin.estimation.model import Trial, Unknown
 from twin.mechanisms.mechanism import ChannelFault, Mechanism
 from twin.model.linear import LinearModel
 

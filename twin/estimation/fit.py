@@ -9,7 +9,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.estimation.likelihood import Model, Value, evaluate
+from twin.estimation.likelihood import Value, evaluate
+from twin.estimation.model import Model
 
 Array = NDArray[np.float64]
 Code = Literal["converged", "stopped", "ran away"]

@@ -13,7 +13,7 @@ from twin.estimation.kalman import Gains, gains
 from twin.estimation.system import Sampled, sampled
 
 if TYPE_CHECKING:
-    from twin.estimation.likelihood import Assembly, Model, Unknown
+    from twin.estimation.model import Assembly, Model, Unknown
 
 Array = NDArray[np.float64]
 

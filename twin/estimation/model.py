@@ -1,0 +1,111 @@
+"""What a likelihood needs to know of a model: recordings, unknowns, and what these make of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.estimation.laws import Law
+from twin.estimation.system import Noise, System
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One recording as the likelihood sees it.
+
+    Attributes:
+        u: inputs at the samples, (samples, r).
+        between: inputs as they drive the states in between, (samples, r).
+        y: outputs, (samples, m); NaN where there is none.
+        step_s: sampling interval [s].
+    """
+
+    u: Array
+    between: Array
+    y: Array
+    step_s: float
+
+
+@dataclass(frozen=True)
+class Assembly:
+    """A model at certain values of its unknowns.
+
+    Attributes:
+        systems: the distinct linear systems (recordings with added masses have their own).
+        which: index into ``systems`` for each trial.
+        noises: noise levels of each trial.
+        laws: the laws at the systems' ports, in order.
+        numbers: of the laws, (l, MOST_NUMBERS).
+        scales: of force, displacement and rate at each law's port, (l, 3).
+        steps: parts of a sample in which the laws are stepped.
+        held: inputs that are held from sample to sample, (r,).
+        trials: the recordings, in whose samples a fault may have been taken back.
+    """
+
+    systems: tuple[System, ...]
+    which: tuple[int, ...]
+    noises: tuple[Noise, ...]
+    laws: tuple[Law, ...]
+    numbers: Array
+    scales: Array
+    steps: int
+    held: NDArray[np.bool_]
+    trials: tuple[Trial, ...]
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """A number that is estimated; its prior is normal, of its logarithm where it is positive.
+
+    Attributes:
+        name: what it is.
+        mean, deviation: of the prior (of the logarithm where ``log``).
+        log: whether it is estimated through its logarithm.
+        role: what it changes: the system, the noise levels alone, the laws' numbers alone, or the
+            samples themselves (a fault that is taken back in them).
+        trial: the one recording that it belongs to, or None.
+    """
+
+    name: str
+    mean: float
+    deviation: float
+    log: bool = False
+    role: Literal["system", "noise", "law", "samples"] = "system"
+    trial: int | None = None
+
+    def value(self, z: float) -> float:
+        """Return the value that lies z prior deviations above the prior's mean."""
+        linear = self.mean + self.deviation * z
+        return float(np.exp(linear)) if self.log else float(linear)
+
+
+class Model(Protocol):
+    """What a likelihood needs of a model."""
+
+    @property
+    def unknowns(self) -> tuple[Unknown, ...]:
+        """What is estimated."""
+
+    @property
+    def trials(self) -> tuple[Trial, ...]:
+        """The recordings."""
+
+    def assemble(self, z: Array) -> Assembly:
+        """Return the model at values z [prior deviations from the prior's mean], (p,)."""
+
+    @property
+    def blurred(self) -> bool:
+        """Whether a law makes outputs uncertain beside their noise."""
+
+    def blur(self, forces: Array, system: System) -> Array:
+        """Return variances by which outputs are uncertain because of the laws, (samples, m).
+
+        Args:
+            forces: of the laws at the samples, (samples, l).
+            system: how they enter the outputs.
+        """
