@@ -4,7 +4,7 @@ from scipy import signal
 
 from twin.errors import RecordingError
 from twin.second_order import SecondOrderModel
-from twin.signals.frf import common_period, force_window, h1, is_transient, measured_response
+from twin.signals.frf import averaged, common_period, force_window, is_transient, measured_response
 
 RATE = 64.0
 
@@ -60,7 +60,7 @@ def test_a_steady_multisine_gives_the_closed_form_response_once_its_first_period
 def test_random_excitation_gives_the_closed_form_response_within_its_variance():
     system = single_input(damped_frame(0.2))
     u = np.random.default_rng(2).standard_normal((60_000, 1))
-    response = h1([(u, system.simulate(u))], RATE, 1024, "hann", overlap=0.5)
+    response = averaged([(u, system.simulate(u))], RATE, 1024, "hann", overlap=0.5)
     assert response.coherence is not None
     assert response.blocks == 116
     assert relative_error(response, system, slice(2, None)) < 0.05
@@ -71,7 +71,7 @@ def test_noise_lowers_the_coherence_to_the_share_the_input_explains():
     rng = np.random.default_rng(3)
     u = rng.standard_normal((200_000, 1))
     y = u + rng.standard_normal(u.shape)
-    response = h1([(u, y)], RATE, 256, "hann", overlap=0.5)
+    response = averaged([(u, y)], RATE, 256, "hann", overlap=0.5)
     assert response.coherence is not None
     assert np.mean(response.coherence[3:-3]) == pytest.approx(0.5, abs=0.01)
 
@@ -89,14 +89,14 @@ def test_two_inputs_are_separated_by_two_records():
 def test_two_random_inputs_at_once_are_separated_by_averaging():
     system = damped_frame(0.2)
     u = np.random.default_rng(4).standard_normal((60_000, 2))
-    response = h1([(u, system.simulate(u))], RATE, 1024, "hann", overlap=0.5)
+    response = averaged([(u, system.simulate(u))], RATE, 1024, "hann", overlap=0.5)
     assert relative_error(response, system, slice(2, None)) < 0.05
 
 
 def test_agrees_with_scipy_for_one_input():
     rng = np.random.default_rng(5)
     u, y = rng.standard_normal((4096, 1)), rng.standard_normal((4096, 1))
-    response = h1([(u, y)], RATE, 256, "hann", overlap=0.5)
+    response = averaged([(u, y)], RATE, 256, "hann", overlap=0.5)
     settings = {"fs": RATE, "nperseg": 256, "detrend": "constant"}
     f, S_uy = signal.csd(u[:, 0], y[:, 0], **settings)
     _, S_uu = signal.welch(u[:, 0], **settings)
@@ -117,12 +117,12 @@ def test_shorter_records_are_filled_up_and_averaged_with_the_long_ones():
 
 def test_fewer_blocks_than_inputs_are_refused():
     with pytest.raises(RecordingError, match=r"1 blocks of 64 samples .* 2 inputs"):
-        h1([(np.ones((64, 2)), np.ones((64, 1)))], RATE, 64, "boxcar")
+        averaged([(np.ones((64, 2)), np.ones((64, 1)))], RATE, 64, "boxcar")
 
 
 def test_a_silent_input_is_refused():
     with pytest.raises(RecordingError, match="not zero throughout"):
-        h1([(np.zeros((64, 1)), np.ones((64, 1)))], RATE, 64, "boxcar")
+        averaged([(np.zeros((64, 1)), np.ones((64, 1)))], RATE, 64, "boxcar")
 
 
 def test_no_record_is_refused():

@@ -73,6 +73,14 @@ def identify_recordings(
         str | None,
         typer.Option("--model", help="MJCF to show as the true structure beside the identified."),
     ] = None,
+    window: Annotated[
+        float | None,
+        typer.Option(
+            "--exponential-window",
+            metavar="TAU",
+            help="Time constant [s] of a window exp(-t/TAU) that the records have.",
+        ),
+    ] = None,
     out: Out = None,
     seed: Seed = 0,
     json: Json = None,
@@ -87,6 +95,7 @@ def identify_recordings(
     from twin.formats import parse_channel_map, read_recording
     from twin.formats.responses import holds_responses
     from twin.identification.as_json import as_json
+    from twin.identification.exponential_window import identification_without_window
     from twin.identification.identify import identify
     from twin.identification.records import LEAST_SAMPLES
     from twin.model import Twin
@@ -101,7 +110,7 @@ def identify_recordings(
     check_folder(out or DEFAULT_FOLDER)
     terminal = console(json)
     if holds_responses(recordings[0]):
-        return _from_responses(recordings, band, terminal, json)
+        return _from_responses(recordings, band, window, terminal, json)
     mapping = parse_channel_map(channel_map or [])
     truth = Twin.load(model) if model else None
     train = [read_recording(path, mapping, rate) for path in recordings]
@@ -116,6 +125,8 @@ def identify_recordings(
 
         result = identify(train, order, p, inputs, outputs, band, progress)
     errors = unseen_errors(result, kept)
+    if window is not None:
+        result = identification_without_window(result, window)
     print_identification(terminal, result, truth, errors)
     origin = made([*recordings, *(tests or []), *([model] if model else [])], seed)
     target = folder(out or DEFAULT_FOLDER)
@@ -125,10 +136,15 @@ def identify_recordings(
 
 
 def _from_responses(
-    files: list[Path], band: tuple[float, float] | None, terminal: Console, json: str | None
+    files: list[Path],
+    band: tuple[float, float] | None,
+    window: float | None,
+    terminal: Console,
+    json: str | None,
 ) -> None:
     """Identify modes from files of frequency responses."""
     from twin.formats.responses import read_responses
+    from twin.identification.exponential_window import responses_without_window
     from twin.identification.from_responses import identify_responses
     from twin.view.report import print_responses
 
@@ -138,6 +154,8 @@ def _from_responses(
             status.update(f"{what}, {step} of {steps}")
 
         result = identify_responses(read_responses(files), band, progress)
+    if window is not None:
+        result = responses_without_window(result, window)
     print_responses(terminal, result)
     write_json(result.as_json(), json)
 

@@ -1,4 +1,4 @@
-"""Frequency response functions measured from records: the H1 estimator and its coherence."""
+"""Frequency response functions measured from records, with coherence and variance."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy import fft, signal
 
 from twin.errors import RecordingError
+from twin.signals.estimators import Estimator, quotient, repetition
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -42,8 +43,10 @@ class FrequencyResponse:
         input_power: mean squared magnitude of the blocks' spectra of each input, (lines, inputs).
         blocks: number of blocks averaged.
         method: how, in words.
+        variance: mean squared magnitude of each response's random error, alike ``H``; None where
+            coherence is.
 
-    Source: Bendat and Piersol, Random Data, chapter 6 and 7 (H1 and multiple coherence).
+    Source: Bendat and Piersol, Random Data, chapters 6, 7 and 9.
     """
 
     frequency_hz: Array
@@ -52,6 +55,7 @@ class FrequencyResponse:
     input_power: Array
     blocks: int
     method: str
+    variance: Array | None = None
 
     def excited(self, share: float = EXCITED) -> NDArray[np.bool_]:
         """Lines where some input has at least ``share`` of its largest power, (lines,)."""
@@ -59,12 +63,20 @@ class FrequencyResponse:
         return np.asarray(np.any((self.input_power >= share * peak) & (peak > 0), axis=1))
 
 
-def measured_response(records: Sequence[Record], sampling_hz: float) -> FrequencyResponse:
-    """Estimate H1 in the way that suits the input.
+def measured_response(
+    records: Sequence[Record], sampling_hz: float, estimator: Estimator = "H1"
+) -> FrequencyResponse:
+    """Estimate a frequency response in the way that suits the input.
 
     A hammer's records are transformed whole, with a force window; a periodic input is cut into
     its periods, without a window and without the first, which holds the transient; anything else
     gets Welch's method with a Hann window.
+
+    Args:
+        records: inputs and outputs, each (samples, channels).
+        sampling_hz: sampling frequency [Hz].
+        estimator: "H1" where noise is on the outputs, "H2" where it is on the one input, "Hv"
+            where it is on both.
 
     Raises:
         RecordingError: no record, or too few samples for a single block for each input.
@@ -76,20 +88,24 @@ def measured_response(records: Sequence[Record], sampling_hz: float) -> Frequenc
         windowed = [(force_window(u), y) for u, y in records]
         block = max(len(u) for u in forces)
         method = f"whole records of {block / sampling_hz:g} s, force window"
-        return h1(windowed, sampling_hz, block, "boxcar", method=method)
+        return averaged(windowed, sampling_hz, block, "boxcar", method=method, estimator=estimator)
     period = common_period(forces)
     if period is not None:
         method = f"periods of {period / sampling_hz:g} s, the first left out"
-        return h1(records, sampling_hz, period, "boxcar", skip=period, method=method)
+        return averaged(
+            records, sampling_hz, period, "boxcar", skip=period, method=method, estimator=estimator
+        )
     # More inputs need more blocks: with as many as inputs the fit would be perfect and wrong.
     wanted = max(WELCH_BLOCKS, 2 * forces[0].shape[1])
     block = max(sum(len(u) for u in forces) // wanted, 8)
     block = min(block, min(len(u) for u in forces))
     method = f"Hann blocks of {block / sampling_hz:.3g} s, half overlapping"
-    return h1(records, sampling_hz, block, "hann", overlap=0.5, method=method)
+    return averaged(
+        records, sampling_hz, block, "hann", overlap=0.5, method=method, estimator=estimator
+    )
 
 
-def h1(
+def averaged(
     records: Sequence[Record],
     sampling_hz: float,
     block: int,
@@ -97,8 +113,9 @@ def h1(
     overlap: float = 0.0,
     skip: int = 0,
     method: str = "",
+    estimator: Estimator = "H1",
 ) -> FrequencyResponse:
-    """Average H1 = S_yu S_uu^-1 over the blocks of all records.
+    """Average the spectra of the blocks of all records and divide them.
 
     Args:
         records: inputs and outputs, each (samples, channels).
@@ -108,9 +125,11 @@ def h1(
         overlap: share of a block that the next one repeats, in [0, 1).
         skip: samples left out at the start of each record.
         method: how the blocks were chosen, in words.
+        estimator: which quotient, as of ``twin.signals.estimators.quotient``.
 
     Raises:
-        RecordingError: fewer blocks than inputs, or an input that is zero at every line.
+        RecordingError: fewer blocks than inputs, an input that is zero at every line, or H2 of
+            several inputs.
     """
     taper = signal.get_window(window, block)[:, None]
     step = max(1, round(block * (1 - overlap)))
@@ -135,15 +154,11 @@ def h1(
         )
     if not np.any(S_uu):
         raise RecordingError("a frequency response needs an input that is not zero throughout")
-    # The pseudo-inverse leaves lines alone where an input has no power at all.
-    H: ComplexArray = S_yu @ np.linalg.pinv(S_uu, rcond=1e-12, hermitian=True).astype(complex)
-    coherence = None
-    if count > inputs:
-        explained = np.einsum("lor,lor->lo", H, S_yu.conj()).real
-        coherence = np.clip(explained / np.where(S_yy > 0, S_yy, 1), 0, 1)
+    effective = count / repetition(taper[:, 0], step, count)
+    H, coherence, variance = quotient(S_uu, S_yu, S_yy, effective, estimator)
     power = np.einsum("lii->li", S_uu).real / count
     frequency = np.arange(lines) * sampling_hz / block
-    return FrequencyResponse(frequency, H, coherence, power, count, method)
+    return FrequencyResponse(frequency, H, coherence, power, count, method, variance)
 
 
 def _blocks(
