@@ -19,11 +19,10 @@ from twin.cli.common import (
     write_json,
 )
 from twin.cli.convert import Map, Rate
+from twin.cli.identify_others import driven, from_outputs, from_responses, telling
 from twin.errors import TwinError
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from twin.identification.result import Identification
     from twin.recording import Recording
 
@@ -73,6 +72,10 @@ def identify_recordings(
         str | None,
         typer.Option("--model", help="MJCF to show as the true structure beside the identified."),
     ] = None,
+    output_only: Annotated[
+        bool,
+        typer.Option("--output-only", help="Nothing that drives was measured; no masses then."),
+    ] = False,
     window: Annotated[
         float | None,
         typer.Option(
@@ -110,20 +113,20 @@ def identify_recordings(
     check_folder(out or DEFAULT_FOLDER)
     terminal = console(json)
     if holds_responses(recordings[0]):
-        return _from_responses(recordings, band, window, terminal, json)
+        return from_responses(recordings, band, window, terminal, json)
     mapping = parse_channel_map(channel_map or [])
     truth = Twin.load(model) if model else None
     train = [read_recording(path, mapping, rate) for path in recordings]
+    if output_only or not (inputs or any(driven(r) for r in train)):
+        if window is not None:
+            raise TwinError("--exponential-window needs a measured force or frequency responses")
+        return from_outputs(train, outputs, band, terminal, json)
     kept = [read_recording(path, mapping, rate) for path in tests or []]
     if period:
         kept += [last_periods(r, period, unseen) for r in train if unseen]
         train = [mean_period(r, period, unseen) for r in train]
     with terminal.status("identifying") as status:
-
-        def progress(what: str, step: int, steps: int) -> None:
-            status.update(f"{what}, {step} of {steps}")
-
-        result = identify(train, order, p, inputs, outputs, band, progress)
+        result = identify(train, order, p, inputs, outputs, band, telling(status))
     errors = unseen_errors(result, kept)
     if window is not None:
         result = identification_without_window(result, window)
@@ -133,31 +136,6 @@ def identify_recordings(
     files = write_identification(target, result, truth, made=origin, unseen=errors)
     terminal.print(f"written: {', '.join(str(path) for path in files)}")
     write_json(as_json(result) | {"unseen_nrmse": errors}, json)
-
-
-def _from_responses(
-    files: list[Path],
-    band: tuple[float, float] | None,
-    window: float | None,
-    terminal: Console,
-    json: str | None,
-) -> None:
-    """Identify modes from files of frequency responses."""
-    from twin.formats.responses import read_responses
-    from twin.identification.exponential_window import responses_without_window
-    from twin.identification.from_responses import identify_responses
-    from twin.view.report import print_responses
-
-    with terminal.status("identifying") as status:
-
-        def progress(what: str, step: int, steps: int) -> None:
-            status.update(f"{what}, {step} of {steps}")
-
-        result = identify_responses(read_responses(files), band, progress)
-    if window is not None:
-        result = responses_without_window(result, window)
-    print_responses(terminal, result)
-    write_json(result.as_json(), json)
 
 
 def unseen_errors(result: Identification, recordings: list[Recording]) -> dict[str, float]:

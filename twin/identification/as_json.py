@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from twin.identification.result import Identification
+from twin.modal import ModalModel
 
 Array = NDArray[np.float64]
 
@@ -54,6 +56,41 @@ def as_json(result: Identification) -> dict[str, Any]:
         "route": result.route,
         "nrmse": result.nrmse,
         "notes": list(result.notes),
+    }
+
+
+def modes_as_json(
+    modal: ModalModel, inputs: Sequence[str], sampling_hz: float, order: int, notes: Sequence[str]
+) -> dict[str, Any]:
+    """Return the contract's dictionary of modes alone, null for what only records give.
+
+    Args:
+        modal: the modes with their standard deviations.
+        inputs: driven points; none where only the response was measured.
+        sampling_hz: of the records, or twice the highest line and more of a response [Hz].
+        order: number of states behind the modes.
+        notes: what a reader has to know.
+    """
+    modes = [
+        {
+            "frequency_hz": float(modal.natural_freq[i]),
+            "frequency_std_hz": _item(modal.natural_freq_std, i),
+            "damping_ratio": float(modal.damping_ratio[i]),
+            "damping_std": _item(modal.damping_ratio_std, i),
+            "shape": modal.amplitude[:, i].tolist(),
+            "phase_rad": modal.phase[:, i].tolist(),
+        }
+        for i in range(len(modal.natural_freq))
+    ]
+    none = ("singular_values", "A", "B", "C", "D", "G", "M", "K", "R", "alpha", "beta")
+    return {
+        "modes": modes,
+        **dict.fromkeys(none),
+        "order": order,
+        "outputs": list(modal.outputs),
+        "inputs": list(inputs),
+        "sampling_hz": sampling_hz,
+        "notes": list(notes),
     }
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.errors import IdentificationError
+from twin.identification.as_json import modes_as_json
 from twin.identification.doubts import doubts_of_fit
 from twin.identification.listing import listed_modes
 from twin.identification.modal_response import frequency_response
@@ -41,31 +42,10 @@ class ResponseIdentification:
 
     def as_json(self) -> dict[str, Any]:
         """Return the dictionary of the identification's contract; null for what records give."""
-        modal = self.modal
-        std = modal.natural_freq_std, modal.damping_ratio_std
-        assert std[0] is not None
-        assert std[1] is not None
-        modes = [
-            {
-                "frequency_hz": float(modal.natural_freq[i]),
-                "frequency_std_hz": float(std[0][i]),
-                "damping_ratio": float(modal.damping_ratio[i]),
-                "damping_std": float(std[1][i]),
-                "shape": modal.amplitude[:, i].tolist(),
-                "phase_rad": modal.phase[:, i].tolist(),
-            }
-            for i in range(len(modal.natural_freq))
-        ]
-        none = ("singular_values", "A", "B", "C", "D", "G", "M", "K", "R", "alpha", "beta")
-        return {
-            "modes": modes,
-            **dict.fromkeys(none),
-            "order": 2 * len(self.found.fit.parameters.omega),
-            "outputs": list(modal.outputs),
-            "inputs": list(self.responses.inputs),
-            "sampling_hz": float(self.responses.frequency_hz[-1] / USABLE_FRACTION),
-            "nrmse": self.error,
-            "notes": list(self.notes),
+        rate = float(self.responses.frequency_hz[-1] / USABLE_FRACTION)
+        order = 2 * len(self.found.fit.parameters.omega)
+        return modes_as_json(self.modal, self.responses.inputs, rate, order, self.notes) | {
+            "nrmse": self.error
         }
 
 

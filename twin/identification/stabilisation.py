@@ -89,15 +89,14 @@ def stabilisation(
     return found
 
 
-def persistent_poles(diagram: Sequence[StablePole], least_share: float = 0.4) -> ComplexArray:
-    """Return one pole for each column of stable poles that enough of the orders share.
+def persistent_columns(
+    diagram: Sequence[StablePole], least_share: float = 0.4
+) -> list[list[StablePole]]:
+    """Return the columns of stable poles that enough of the orders share, highest order first.
 
     Args:
         diagram: all poles of all orders.
         least_share: share of the orders in which a column must be stable.
-
-    Returns:
-        The poles of the highest order of each column, by frequency, (modes,).
     """
     orders = {p.order for p in diagram}
     stable = sorted((p for p in diagram if p.stable), key=lambda p: -p.order)
@@ -111,9 +110,16 @@ def persistent_poles(diagram: Sequence[StablePole], least_share: float = 0.4) ->
                 break
         else:
             columns.append([pole])
-    kept = [
-        column[0].pole
-        for column in columns
-        if len({p.order for p in column}) >= max(least_share * len(orders), 2)
-    ]
+    least = max(least_share * len(orders), 2)
+    return [column for column in columns if len({p.order for p in column}) >= least]
+
+
+def persistent_poles(diagram: Sequence[StablePole], least_share: float = 0.4) -> ComplexArray:
+    """Return the pole of the highest order of each persistent column, by frequency, (modes,).
+
+    Args:
+        diagram: all poles of all orders.
+        least_share: share of the orders in which a column must be stable.
+    """
+    kept = [column[0].pole for column in persistent_columns(diagram, least_share)]
     return np.array(sorted(kept, key=abs), complex)

@@ -11,6 +11,7 @@ from twin.identification.doubts import warnings_and_notes
 from twin.identification.from_responses import ResponseIdentification
 from twin.identification.result import Identification
 from twin.laboratory import Performance
+from twin.modal import ModalModel
 from twin.model import Twin
 from twin.provenance import Provenance
 from twin.view import figures
@@ -66,18 +67,34 @@ def _print_warnings(console: Console, warnings: Sequence[str]) -> None:
 
 def print_responses(console: Console, result: ResponseIdentification) -> None:
     """Print the modes found in frequency responses, warnings first."""
-    warnings, notes = warnings_and_notes(result.notes)
+    error = f"error of the modelled responses: {100 * result.error:.2f} % of their RMS"
+    print_modes(console, result.modal, result.responses.source, result.notes, error)
+
+
+def print_modes(
+    console: Console, modal: ModalModel, source: str, notes: Sequence[str], more: str = ""
+) -> None:
+    """Print modes alone, warnings first.
+
+    Args:
+        console: where to.
+        modal: the modes.
+        source: what they were found in.
+        notes: warnings and others.
+        more: a line to follow the table.
+    """
+    warnings, others = warnings_and_notes(notes)
     _print_warnings(console, warnings)
-    modal = result.modal
     std = modal.natural_freq_std, modal.damping_ratio_std
     rows = []
     for i, (f, z) in enumerate(zip(modal.natural_freq, modal.damping_ratio, strict=True)):
         rows.append(Row(f"frequency {i + 1}", "Hz", f, None if std[0] is None else std[0][i]))
         spread = None if std[1] is None else 100 * std[1][i]
         rows.append(Row(f"damping {i + 1}", "%", 100 * z, spread))
-    console.print(parameter_table(rows, f"Modes in {result.responses.source}"))
-    console.print(f"error of the modelled responses: {100 * result.error:.2f} % of their RMS")
-    for note in notes:
+    console.print(parameter_table(rows, f"Modes in {source}"))
+    if more:
+        console.print(more)
+    for note in others:
         console.print(f"note: {note}", style="dim")
 
 
