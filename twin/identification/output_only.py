@@ -221,10 +221,10 @@ def _with_deviations(
     here = np.array([(p.frequency_hz, p.damping_ratio) for p in poles]).reshape(-1, 2)
     present = np.isfinite(seen[:, :, 0])
     std = np.full(here.shape, np.inf)
-    for i in np.flatnonzero(present.mean(axis=0) >= PRESENT):
-        replicates = seen[present[:, i], i]
+    for k in np.flatnonzero(present.mean(axis=0) >= PRESENT):
+        replicates = seen[present[:, k], k]
         n = len(replicates)
-        std[i] = np.sqrt((n - 1) / n * np.sum((replicates - replicates.mean(axis=0)) ** 2, axis=0))
+        std[k] = np.sqrt((n - 1) / n * np.sum((replicates - replicates.mean(axis=0)) ** 2, axis=0))
     limit = stats.t.isf(FALSE_MODES / max(len(columns), 1), parts - 1)
     best = [
         int(members[np.argmin(std[members, 1])])
