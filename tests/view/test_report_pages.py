@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from diagnosis_example import CUBIC, SLIP, consistent, diagnosis
 
 from twin.model import Twin
 from twin.provenance import provenance, sha256
+from twin.view.diagnosis_words import verdict_sentence
 from twin.view.page import diagnosis as diagnosis_page
 from twin.view.page import identification as identification_page
 from twin.view.page.blocks import Plot
@@ -57,6 +59,20 @@ def test_a_diagnosis_answers_in_the_order_in_which_one_asks(pages):
     assert pages["cubic"].title == (
         "The twin lacks physics: cubic stiffness in storey 1 (93.0 %), "
         "which ties with bumper in storey 1 (7.0 %)."
+    )
+
+
+def test_a_rival_of_a_smaller_finding_is_not_said_to_tie_with_the_first():
+    whole = diagnosis(CUBIC)
+    first, other = whole.findings[0], whole.alternatives[0]
+    both = replace(
+        whole,
+        findings=(replace(first, probability=0.97), replace(other, probability=0.36)),
+        alternatives=(replace(other, probability=0.33),),
+    )
+    assert verdict_sentence(both) == (
+        "The twin lacks physics: cubic stiffness in storey 1; besides, with less effect, "
+        "bumper in storey 1 (36.0 %) or bumper in storey 1 (33.0 %)."
     )
 
 

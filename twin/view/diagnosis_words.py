@@ -15,6 +15,8 @@ from twin.view.figures import unit_of
 
 CLOSE = 0.05
 """An alternative at least this probable is said beside the finding."""
+ROUNDED = 1.02
+"""Probabilities of explanations that exclude each other sum up to one at most, but for rounding."""
 LARGE, SMALL = 1e5, 1e-3
 """Numbers beyond are printed with a power of ten."""
 AT_GROUND = ", at the ground "
@@ -154,13 +156,37 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
     }[diagnosis.verdict]
     joint = " " if beginning.endswith(("as", "from")) else ": "
     text = f"{beginning}{joint}{located(first.mechanism)}"
-    rivals = [a for a in diagnosis.alternatives if a.probability >= CLOSE]
+    rivals = _rivals(diagnosis, 0)
     if rivals:
-        others = _listed([f"{located(a.mechanism)} ({probability(a.probability)})" for a in rivals])
+        others = _listed([_weighed(a) for a in rivals])
         text += f" ({probability(first.probability)}), which ties with {others}"
     if rest:
-        text += f"; besides, with less effect, {_listed([located(f.mechanism) for f in rest])}"
+        words = []
+        for number, finding in enumerate(rest, start=1):
+            others = " or ".join(_weighed(a) for a in _rivals(diagnosis, number))
+            words.append(
+                f"{_weighed(finding)} or {others}" if others else located(finding.mechanism)
+            )
+        text += f"; besides, with less effect, {_listed(words)}"
     return f"{text}."
+
+
+def _rivals(diagnosis: Diagnosis, number: int) -> list[Finding]:
+    """Return the close alternatives of a finding: of the first whose probability leaves them room.
+
+    One that is as good as certain excludes what stands in place of a smaller finding beside it.
+    """
+    out = []
+    for other in diagnosis.alternatives:
+        if other.probability >= CLOSE:
+            room = (f.probability + other.probability <= ROUNDED for f in diagnosis.findings)
+            if next((i for i, fits in enumerate(room) if fits), 0) == number:
+                out.append(other)
+    return out
+
+
+def _weighed(finding: Finding) -> str:
+    return f"{located(finding.mechanism)} ({probability(finding.probability)})"
 
 
 def proof_sentence(diagnosis: Diagnosis) -> str:

@@ -82,7 +82,7 @@ def page(diagnosis: Diagnosis, made: Provenance) -> Page:
 def _findings(diagnosis: Diagnosis) -> list[Block]:
     if not diagnosis.findings:
         return []
-    headers = (*FINDING_HEADERS, "share of the missing force")
+    headers = (*FINDING_HEADERS, "share of what is missing there")
     parts = shares(diagnosis)
     rows = [
         (*cells, f"{100 * parts[f.location]:.0f} %" if len(diagnosis.findings) > 1 else "all")
