@@ -24,7 +24,10 @@ def found(hit):
     return twin.identify(hit)
 
 
-NOUNS = ("modal", "model.twin", "second_order", "state_space", "place", "errors", "frame.design")
+NOUNS = (
+    *("channel", "errors", "frame.design", "modal", "model.twin", "place", "recording"),
+    *("second_order", "state_space"),
+)
 
 
 @pytest.mark.parametrize("name", ["twin", "twin.api", *(f"twin.{noun}" for noun in NOUNS)])
@@ -35,14 +38,14 @@ def test_every_example_in_the_docstrings_runs(name):
     assert not result.failed
 
 
-def test_every_public_name_is_there_and_every_verb_has_an_example():
+def test_every_public_name_is_there_and_has_an_example():
     assert set(twin.__all__) <= set(dir(twin))
     verbs = {name for name in twin.__all__ if getattr(twin, name).__module__ == "twin.api"}
     assert verbs == {
         *("read", "hammer_test", "shaker_test", "identify", "diagnose", "design_controller")
     }
-    for name in verbs:
-        assert ">>>" in getattr(twin, name).__doc__
+    for name in twin.__all__:
+        assert ">>>" in getattr(twin, name).__doc__, name
     with pytest.raises(AttributeError, match="module 'twin' has no attribute 'sing'; it has"):
         twin.sing()
 

@@ -4,6 +4,7 @@ import json
 import os
 import re
 import shlex
+import subprocess
 import sys
 from pathlib import Path
 
@@ -63,6 +64,21 @@ def test_the_catalogue_is_that_of_the_files(monkeypatch):
     assert catalogue.page() == written, "run python docs/catalogue.py"
     pictures = re.findall(r"\(mechanisms/(\w+)\.png\)", written)
     assert all((ROOT / "docs" / "mechanisms" / f"{name}.png").stat().st_size for name in pictures)
+
+
+def test_the_site_builds_without_a_warning(tmp_path):
+    for name in ("mkdocs", "material", "mkdocstrings"):
+        pytest.importorskip(name, reason="the site needs pip install 'frame-twin[docs]'")
+    done = subprocess.run(
+        [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(tmp_path)],
+        cwd=ROOT, capture_output=True, text=True, check=False,
+        env={**os.environ, "NO_MKDOCS_2_WARNING": "1"},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "WARNING" not in done.stderr
+    reference = (tmp_path / "reference" / "index.html").read_text(encoding="utf-8")
+    assert "hammer_test" in reference
+    assert "<blockquote>" not in reference  # an example that is no code
 
 
 def test_every_page_of_the_site_is_there_and_every_link_leads_somewhere():

@@ -1,9 +1,10 @@
 """A digital twin of a laboratory structure, on MuJoCo: test it, identify it, say what it lacks.
 
->>> import twin
->>> hit = twin.hammer_test("two_storey_lumped")
->>> twin.identify(hit).modal.natural_freq.round(2).tolist()
-[1.95, 6.72]
+Examples:
+    >>> import twin
+    >>> hit = twin.hammer_test("two_storey_lumped")
+    >>> twin.identify(hit).modal.natural_freq.round(2).tolist()
+    [1.95, 6.72]
 
 Everything is imported when it is first asked for.
 """

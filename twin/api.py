@@ -30,13 +30,14 @@ def read(
 ) -> Recording:
     r"""Read a recording of any format and convert it to SI units.
 
-    >>> import pathlib, tempfile, twin
-    >>> folder = pathlib.Path(tempfile.mkdtemp())
-    >>> _ = (folder / "tap.csv").write_text("time [ms],A3 [g]\n0,0\n10,0.5\n20,-0.25\n")
-    >>> tap = twin.read(folder / "tap.csv")
-    >>> tap
-    tap.csv: 3 samples at 100 Hz (0.03 s)
-      A3 [m/s^2]  output, RMS 3.165
+    Examples:
+        >>> import pathlib, tempfile, twin
+        >>> folder = pathlib.Path(tempfile.mkdtemp())
+        >>> _ = (folder / "tap.csv").write_text("time [ms],A3 [g]\n0,0\n10,0.5\n20,-0.25\n")
+        >>> tap = twin.read(folder / "tap.csv")
+        >>> tap
+        tap.csv: 3 samples at 100 Hz (0.03 s)
+          A3 [m/s^2]  output, RMS 3.165
 
     Args:
         path: the file, whose suffix says the format; or SEP 005 time series, a dictionary each.
@@ -71,10 +72,11 @@ def hammer_test(
 ) -> Recording:
     """Hit a twin with an instrumented hammer and record force and accelerations.
 
-    >>> import twin
-    >>> hit = twin.hammer_test("two_storey_lumped", rate_hz=64, duration_s=8)
-    >>> hit.names, hit.samples
-    (('force_floor1', 'acc_floor1', 'acc_floor2'), 512)
+    Examples:
+        >>> import twin
+        >>> hit = twin.hammer_test("two_storey_lumped", rate_hz=64, duration_s=8)
+        >>> hit.names, hit.samples
+        (('force_floor1', 'acc_floor1', 'acc_floor2'), 512)
 
     Args:
         model: a twin, a frame's design, an MJCF file or the name of a shipped model.
@@ -94,10 +96,21 @@ def hammer_test(
         TwinError: the model has no such place, or a number is out of its range.
     """
     from twin.laboratory import Hammer
+    from twin.laboratory.standard import tested
 
     blow = Hammer(width_s=width_s, peak_n=peak_n)
-    return _tested(
-        model, blow, at, (), rate_hz, duration_s, noise, input_noise, sensors, seed, repetition
+    return tested(
+        _twin(model),
+        blow,
+        at,
+        (),
+        rate_hz,
+        duration_s,
+        noise,
+        input_noise,
+        sensors,
+        seed,
+        repetition,
     )
 
 
@@ -119,10 +132,11 @@ def shaker_test(
 ) -> Recording:
     """Shake a twin at one or several points, or its ground, and record inputs and accelerations.
 
-    >>> import twin
-    >>> shaken = twin.shaker_test("two_storey_lumped", at="floor2", rate_hz=64, duration_s=8)
-    >>> shaken.inputs
-    ('force_floor2',)
+    Examples:
+        >>> import twin
+        >>> shaken = twin.shaker_test("two_storey_lumped", at="floor2", rate_hz=64, duration_s=8)
+        >>> shaken.inputs
+        ('force_floor2',)
 
     Args:
         model: a twin, a frame's design, an MJCF file or the name of a shipped model.
@@ -144,10 +158,11 @@ def shaker_test(
         TwinError: the model has no such place, or a number is out of its range.
     """
     from twin.laboratory import RandomShaking
+    from twin.laboratory.standard import tested
 
     chosen = signal or RandomShaking(level_n, band_hz)
-    return _tested(
-        model, chosen, at, ground, rate_hz, duration_s, noise, input_noise, sensors, seed,
+    return tested(
+        _twin(model), chosen, at, ground, rate_hz, duration_s, noise, input_noise, sensors, seed,
         repetition,
     )  # fmt: skip
 
@@ -162,10 +177,11 @@ def identify(
 ) -> Identification:
     """Identify natural frequencies, damping, shapes and matrices with their uncertainty.
 
-    >>> import twin
-    >>> found = twin.identify(twin.hammer_test("two_storey_lumped"))
-    >>> print(*found.modal.natural_freq.round(2))
-    1.95 6.72
+    Examples:
+        >>> import twin
+        >>> found = twin.identify(twin.hammer_test("two_storey_lumped"))
+        >>> print(*found.modal.natural_freq.round(2))
+        1.95 6.72
 
     Args:
         recordings: one or several of one structure, or their files.
@@ -195,11 +211,12 @@ def diagnose(
 ) -> Diagnosis:
     """Say where recordings and twin differ, what physics was left out, and model it.
 
-    >>> import twin
-    >>> train = twin.shaker_test("two_storey_lumped", "floor2", rate_hz=64, duration_s=16)
-    >>> twin.diagnose("two_storey_lumped", train, train)
-    Traceback (most recent call last):
-    twin.errors.RecordingError: ... a test must be unseen
+    Examples:
+        >>> import twin
+        >>> train = twin.shaker_test("two_storey_lumped", "floor2", rate_hz=64, duration_s=16)
+        >>> twin.diagnose("two_storey_lumped", train, train)
+        Traceback (most recent call last):
+        twin.errors.RecordingError: ... a test must be unseen
 
     Args:
         model: the twin as it stands: a twin, a design, an MJCF file or a shipped model's name.
@@ -233,10 +250,11 @@ def design_controller(
 ) -> Controller:
     """Design the LQG controller of the absorber, eqs. (54)-(59), on an identified frame.
 
-    >>> import twin
-    >>> controller = twin.design_controller(known_input="force_floor1")
-    >>> controller.measurements
-    ('acc_floor1', 'acc_floor2', 'angle_pendulum')
+    Examples:
+        >>> import twin
+        >>> controller = twin.design_controller(known_input="force_floor1")
+        >>> controller.measurements
+        ('acc_floor1', 'acc_floor2', 'angle_pendulum')
 
     Args:
         identified: the frame without pendulum: an identification, or recordings of it; a virtual
@@ -252,8 +270,6 @@ def design_controller(
     Raises:
         TwinError: no controller can be designed; the message says why.
     """
-    from dataclasses import replace
-
     from twin.control.bare import pendulum_of
     from twin.control.plant import Plant
     from twin.control.study import Settings, hammer_tests, identified_model, identify_frame
@@ -277,24 +293,3 @@ def _twin(model: Model) -> Twin:
 def _read_all(recordings: Recorded | Sequence[Recorded]) -> list[Recording]:
     several = [recordings] if isinstance(recordings, Recording | str | Path) else recordings
     return [each if isinstance(each, Recording) else read(each) for each in several]
-
-
-def _tested(
-    model: Model, excitation: Excitation, at: str | Sequence[str], ground: Sequence[str],
-    rate_hz: float, duration_s: float, noise: float, input_noise: float,
-    sensors: Sequence[str] | None, seed: int, repetition: int,
-) -> Recording:  # fmt: skip
-    from twin.instruments import Instrument
-    from twin.laboratory import Analyser, Experiment, run
-
-    measured = dict.fromkeys(("acc", "disp", "angle"), Instrument(noise_fraction=noise))
-    driven = dict.fromkeys(("force", "torque"), Instrument(noise_fraction=input_noise))
-    shaken = {f"acc_ground.{axis}": Instrument(noise_fraction=input_noise) for axis in ground}
-    experiment = Experiment(
-        excitation, at if isinstance(at, str) else tuple(at), Analyser(rate_hz, duration_s),
-        instruments={**measured, **driven, **shaken}, ground=tuple(ground),
-    )  # fmt: skip
-    twin = _twin(model)
-    if sensors is not None:
-        experiment = replace(experiment, channels=(*experiment.inputs(twin), *sensors))
-    return run(experiment, twin, seed, repetition)

@@ -29,10 +29,11 @@ _BRACKETS = re.compile(r"\[[^\[\]]*\]$")
 class Channel:
     """One measured quantity, named as the MJCF actuator or sensor it belongs to.
 
-    >>> Channel("acc_floor1").unit
-    'm/s^2'
-    >>> Channel("tip.y", "acc").axis
-    'y'
+    Examples:
+        >>> Channel("acc_floor1").unit
+        'm/s^2'
+        >>> Channel("tip.y", "acc").axis
+        'y'
 
     Attributes:
         name: of the sensor or actuator, with ``.x``, ``.y`` or ``.z`` for one axis of a vector

@@ -8,12 +8,13 @@ from collections.abc import Iterable
 class TwinError(Exception):
     """Bad input or an impossible request. The command line prints it as one line, exit code 2.
 
-    >>> import twin
-    >>> try:
-    ...     twin.Twin.load("two_story")
-    ... except twin.TwinError as error:
-    ...     print(str(error).split(":")[0])
-    two_story
+    Examples:
+        >>> import twin
+        >>> try:
+        ...     twin.Twin.load("two_story")
+        ... except twin.TwinError as error:
+        ...     print(str(error).split(":")[0])
+        two_story
     """
 
     def __str__(self) -> str:

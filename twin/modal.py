@@ -20,10 +20,11 @@ NODE_FRACTION = 0.05
 class ModalModel:
     """Natural frequencies, damping ratios and mode shapes, in the order of frequency.
 
-    >>> shapes = np.array([[0.5, 1.0], [1.0, -0.5]])
-    >>> modes = ModalModel(np.array([2.0, 6.0]), np.array([0.01, 0.02]), shapes, ("a", "b"))
-    >>> modes.mode_shape[:, 1].real.tolist()
-    [1.0, -0.5]
+    Examples:
+        >>> shapes = np.array([[0.5, 1.0], [1.0, -0.5]])
+        >>> modes = ModalModel(np.array([2.0, 6.0]), np.array([0.01, 0.02]), shapes, ("a", "b"))
+        >>> modes.mode_shape[:, 1].real.tolist()
+        [1.0, -0.5]
 
     Attributes:
         natural_freq: undamped natural frequencies [Hz], (modes,).
@@ -95,8 +96,9 @@ def mac(a: ComplexArray, b: ComplexArray) -> Array:
 
     MAC = |a^H b|^2 / (a^H a)(b^H b): 1 for the same shape, whatever its scale or phase.
 
-    >>> mac(np.array([[1.0], [2.0]]), np.array([[-2.0, 2.0], [-4.0, -1.0]])).round(3).tolist()
-    [[1.0, 0.0]]
+    Examples:
+        >>> mac(np.array([[1.0], [2.0]]), np.array([[-2.0, 2.0], [-4.0, -1.0]])).round(3).tolist()
+        [[1.0, 0.0]]
 
     Source: Allemang and Brown, 1982.
     """

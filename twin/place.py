@@ -13,9 +13,10 @@ _CHANNEL = re.compile(r"^(force|acc|disp|angle|torque)_(ground|pendulum|floor[1-
 class Place:
     """Where something is: ``kind`` is ground, floor, storey or pendulum; ``number`` from 1.
 
-    >>> place = Place.parse("floor2")
-    >>> place.kind, place.number, str(place)
-    ('floor', 2, 'floor2')
+    Examples:
+        >>> place = Place.parse("floor2")
+        >>> place.kind, place.number, str(place)
+        ('floor', 2, 'floor2')
     """
 
     kind: str

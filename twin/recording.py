@@ -21,6 +21,11 @@ Array = NDArray[np.float64]
 class Recording(Presentable):
     """Uniformly sampled channels in SI units.
 
+    Examples:
+        >>> hit = Recording.build(4.0, {"force_floor1": [0.0, 8.0, 0.0], "acc_floor1": [0, 1, 2]})
+        >>> hit.inputs, hit.outputs, hit.duration_s
+        (('force_floor1',), ('acc_floor1',), 0.75)
+
     Attributes:
         sampling_hz: sampling frequency [Hz].
         channels: what the columns of ``data`` are; a bare name and the name with ``.x`` are one.
@@ -71,9 +76,10 @@ class Recording(Presentable):
     ) -> Recording:
         """Make a recording from named columns of equal length.
 
-        >>> r = Recording.build(100.0, {"force_floor1": [0.0, 1.0], "A3 [g]": [0.0, 0.1]})
-        >>> [channel.title for channel in r.channels]
-        ['force_floor1 [N]', 'A3 [m/s^2]']
+        Examples:
+            >>> r = Recording.build(100.0, {"force_floor1": [0.0, 1.0], "A3 [g]": [0.0, 0.1]})
+            >>> [channel.title for channel in r.channels]
+            ['force_floor1 [N]', 'A3 [m/s^2]']
 
         Args:
             sampling_hz: sampling frequency [Hz].

@@ -23,10 +23,11 @@ FLOOR = "floor"
 class SecondOrderModel:
     """Mass, damping and stiffness matrices (the paper's M, R, K) in named coordinates.
 
-    >>> M, K = np.diag([2.0, 2.0]), 800.0 * np.array([[2.0, -1.0], [-1.0, 1.0]])
-    >>> frame = SecondOrderModel(M, 0.1 * M, K, ("floor1", "floor2"))
-    >>> frame.modes().natural_freq.round(3).tolist()
-    [1.967, 5.15]
+    Examples:
+        >>> M, K = np.diag([2.0, 2.0]), 800.0 * np.array([[2.0, -1.0], [-1.0, 1.0]])
+        >>> frame = SecondOrderModel(M, 0.1 * M, K, ("floor1", "floor2"))
+        >>> frame.modes().natural_freq.round(3).tolist()
+        [1.967, 5.15]
 
     Attributes:
         M: mass matrix [kg for displacements, kg m^2 for angles], (n, n).

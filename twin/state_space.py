@@ -21,11 +21,12 @@ Array = NDArray[np.float64]
 class StateSpace:
     """z(k+1) = A z(k) + B u(k), y(k) = C z(k) + D u(k); continuous-time where ``dt`` is None.
 
-    >>> decay = StateSpace([[-2.0]], [[1.0]], [[1.0]], [[0.0]], None)
-    >>> decay.held(0.5).A.round(4).tolist()
-    [[0.3679]]
-    >>> decay.poles.real.tolist()
-    [-2.0]
+    Examples:
+        >>> decay = StateSpace([[-2.0]], [[1.0]], [[1.0]], [[0.0]], None)
+        >>> decay.held(0.5).A.round(4).tolist()
+        [[0.3679]]
+        >>> decay.poles.real.tolist()
+        [-2.0]
 
     Attributes:
         A: state matrix, (order, order).

@@ -28,10 +28,11 @@ QUANTITY = {"force": "f", "acc": "a", "vel": "v", "disp": "d", "strain": "e"}
 def to_sep005(recording: Recording) -> list[dict[str, Any]]:
     """Return a recording as SEP 005 time series, in SI units.
 
-    >>> from twin.recording import Recording
-    >>> series = to_sep005(Recording.build(8.0, {"A3 [g]": [0.0, 1.0]}, "tap"))
-    >>> series[0]["name"], series[0]["unit_str"], series[0]["fs"]
-    ('A3', 'm/s^2', 8.0)
+    Examples:
+        >>> from twin.recording import Recording
+        >>> series = to_sep005(Recording.build(8.0, {"A3 [g]": [0.0, 1.0]}, "tap"))
+        >>> series[0]["name"], series[0]["unit_str"], series[0]["fs"]
+        ('A3', 'm/s^2', 8.0)
     """
     series = []
     for channel in recording.channels:

@@ -161,10 +161,11 @@ class Ground:
 class FrameDesign:
     """A frame of any number of storeys; ``FrameDesign()`` is the paper's, with flexible beams.
 
-    >>> from twin.model import Twin
-    >>> three = FrameDesign(storeys=(Storey(0.65), Storey(0.65), Storey(1.55)), kind="lumped")
-    >>> len(Twin.of(three).modes().natural_freq)
-    3
+    Examples:
+        >>> from twin.model import Twin
+        >>> three = FrameDesign(storeys=(Storey(0.65), Storey(0.65), Storey(1.55)), kind="lumped")
+        >>> len(Twin.of(three).modes().natural_freq)
+        3
 
     Attributes:
         storeys: from the ground up.

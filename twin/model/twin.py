@@ -39,11 +39,12 @@ class Twin(Presentable):
 
     A chain of storeys (names as in ``twin.contract``) can be described by its floors alone, too.
 
-    >>> frame = Twin.load("two_storey_lumped")
-    >>> frame.modes().natural_freq.round(2).tolist()
-    [1.95, 6.72]
-    >>> frame.linear(("force_floor1",), ("acc_floor2",)).places("drift")
-    ('storey1', 'storey2')
+    Examples:
+        >>> frame = Twin.load("two_storey_lumped")
+        >>> frame.modes().natural_freq.round(2).tolist()
+        [1.95, 6.72]
+        >>> frame.linear(("force_floor1",), ("acc_floor2",)).places("drift")
+        ('storey1', 'storey2')
 
     Attributes:
         mjcf: the model as MJCF text.
