@@ -1,6 +1,7 @@
 """Whatever happens to a file, the user gets finite numbers or one line that names the file."""
 
 import gzip
+import json
 import io
 from contextlib import redirect_stderr, redirect_stdout
 from itertools import pairwise
@@ -16,7 +17,7 @@ from twin.errors import TwinError
 from twin.formats import WRITTEN, parse_channel_map, read_recording, write_recording
 from twin.recording import Recording
 
-FOREIGN = (".tdms", ".xlsx", ".csv.gz")
+FOREIGN = (".tdms", ".xlsx", ".csv.gz", ".mcap")
 RATE = 32.0
 SAMPLES = 12
 COLUMNS = {
@@ -62,6 +63,14 @@ def whole_bytes(folder, suffix):
         for row in rows():
             book.active.append(row)
         book.save(path)
+    elif suffix == ".mcap":
+        with path.open("wb") as file:
+            out = pytest.importorskip("mcap.writer").Writer(file)
+            out.start()
+            channel = out.register_channel("/A3", "json", 0, {"unit": "g"})
+            for k, value in enumerate(COLUMNS["acc_floor1"].tolist()):
+                out.add_message(channel, k * 10**8, json.dumps({"v": value}).encode(), k * 10**8)
+            out.finish()
     elif suffix == ".csv.gz":
         path.write_bytes(gzip.compress("\n".join(map(",".join, rows())).encode()))
     else:

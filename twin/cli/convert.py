@@ -48,8 +48,8 @@ def convert(
 ) -> None:
     """Read a recording, convert it to SI units and write it in the format of OUT's suffix.
 
-    Reads CSV, Excel, UFF-58, MAT, TDMS, HDF5 and NumPy files; writes all of them but Excel's and
-    TDMS.
+    Reads CSV, Excel, UFF-58, MAT, TDMS, MCAP, HDF5 and NumPy files; writes all of them but Excel's,
+    TDMS and MCAP.
 
     Example: twin convert hits/hammer_floor1_01.csv hit.h5 --resample 16 --start 1
     """

@@ -30,6 +30,7 @@ FORMATS = {
     ".58": "uff",
     ".mat": "mat",
     ".tdms": "tdms",
+    ".mcap": "mcap",
     ".h5": "hdf5",
     ".hdf5": "hdf5",
     ".npz": "numpy_arrays",

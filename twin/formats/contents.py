@@ -16,13 +16,14 @@ _MAGIC = (
     (b"MATLAB 5.0 MAT-file", "a MATLAB file", (".mat",)),
     (b"MATLAB 7.3 MAT-file", "a MATLAB 7.3 file", (".mat", ".h5", ".hdf5")),
     (b"TDSm", "a TDMS file", (".tdms",)),
+    (b"\x89MCAP0\r\n", "an MCAP file", (".mcap",)),
     (b"\x93NUMPY", "a NumPy array", (".npy",)),
     (b"    -1", "a universal file", (".uff", ".unv", ".58")),
     (b"RRF2", "a Rerun recording", ()),
 )
 """First bytes, what they say, and the suffixes that belong to them."""
 
-BINARY = (".xlsx", ".mat", ".tdms", ".h5", ".hdf5", ".npz", ".npy")
+BINARY = (".xlsx", ".mat", ".tdms", ".mcap", ".h5", ".hdf5", ".npz", ".npy")
 """Suffixes of files that never begin with a line of text."""
 
 

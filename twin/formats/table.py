@@ -82,8 +82,9 @@ def library(name: str, path: Path) -> Any:
     try:
         return import_module(name)
     except ImportError:
+        needed = name.split(".")[0]
         raise TwinError(
-            f"{path}: {path.suffix} files need {name}; pip install 'frame-twin[formats]'"
+            f"{path}: {path.suffix} files need {needed}; pip install 'frame-twin[formats]'"
         ) from None
 
 
