@@ -1,8 +1,8 @@
 """Whatever happens to a file, the user gets finite numbers or one line that names the file."""
 
 import gzip
-import json
 import io
+import json
 from contextlib import redirect_stderr, redirect_stdout
 from itertools import pairwise
 
