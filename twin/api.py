@@ -174,6 +174,7 @@ def identify(
     inputs: Sequence[str] | None = None,
     outputs: Sequence[str] | None = None,
     band_hz: tuple[float, float] | None = None,
+    poles: Sequence[float] | None = None,
 ) -> Identification:
     """Identify natural frequencies, damping, shapes and matrices with their uncertainty.
 
@@ -189,13 +190,17 @@ def identify(
         inputs: channels that drive; by default forces that move, or the shaken ground.
         outputs: channels that respond; by default all others.
         band_hz: frequencies to use [Hz]; by default what the input excites.
+        poles: frequencies near which poles are chosen in the stabilisation diagram [Hz]; by
+            default the data decide.
 
     Raises:
         TwinError: the recordings do not allow it; the message says why.
     """
     from twin.identification.identify import identify as whole
+    from twin.identification.pole_diagram import poles_near
 
-    return whole(_read_all(recordings), order, None, inputs, outputs, band_hz)
+    pick = poles_near(poles) if poles is not None else None
+    return whole(_read_all(recordings), order, None, inputs, outputs, band_hz, None, pick)
 
 
 def diagnose(

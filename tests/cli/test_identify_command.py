@@ -101,3 +101,42 @@ def test_unseen_without_a_period_is_refused(file, capsys):
 def test_a_json_file_that_cannot_be_written_is_refused_before_the_work(file, tmp_path, capsys):
     assert called(["identify", file, "--json", tmp_path / "no" / "x.json"]) == 2
     assert "cannot write the JSON" in capsys.readouterr().err
+
+
+def test_poles_can_be_chosen_by_their_frequencies(file, tmp_path, capsys):
+    out = tmp_path / "o"
+    assert called(["identify", file, "--poles", "6.7", "--json", "-", "--out", out]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [m["frequency_hz"] for m in found["modes"]] == pytest.approx([6.715], abs=2e-2)
+    assert any("by hand" in note for note in found["notes"])
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--poles", "300"], "no pole lies within 1 % of 300 Hz; the nearest"),
+        (["--poles", "a,b"], "frequencies in Hz"),
+        (["--poles", "2", "--pick"], "give one of them"),
+        (["--pick"], "here is no screen"),
+    ],
+)
+def test_a_choice_that_cannot_be_is_one_line(file, tmp_path, capsys, options, said):
+    assert called(["identify", file, *options, "--out", tmp_path / "o"]) == 2
+    error = capsys.readouterr().err
+    assert len(error.strip().splitlines()) == 1
+    assert said in error
+    assert not (tmp_path / "o").exists()
+
+
+def test_the_window_of_the_diagram_chooses(file, tmp_path, capsys, monkeypatch):
+    seen = []
+
+    def pick(diagram):
+        seen.append(diagram)
+        return np.array([p.pole for p in diagram.poles if p.stable and p.frequency_hz < 3][-1:])
+
+    monkeypatch.setattr("twin.view.poles.pick_by_hand", pick)
+    assert called(["identify", file, "--pick", "--json", "-", "--out", tmp_path / "o"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [m["frequency_hz"] for m in found["modes"]] == pytest.approx([1.949], abs=5e-3)
+    assert seen[0].curves.shape == (len(seen[0].frequency_hz), 1)

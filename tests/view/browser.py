@@ -56,6 +56,15 @@ addEventListener("load", () => {
     button.click();
     found.pressed = button.getAttribute("aria-pressed");
     found.width = document.documentElement.scrollWidth;
+    const picking = all.find(p => p.dataset.pick);
+    if (picking) {
+      const first = picking.data.find(t => t.mode === "markers");
+      const at = x => ({ points: [{ data: first, x }] });
+      for (const x of [7.25, 2.5, 9.0, 9.0]) picking.emit("plotly_click", at(x));
+      await new Promise(done => setTimeout(done, 300));
+      found.picked = picking.closest("figure").querySelector(".picked code").textContent;
+      found.lines = picking.layout.shapes.length;
+    }
     const out = document.createElement("pre");
     out.id = "found";
     out.textContent = JSON.stringify(found);

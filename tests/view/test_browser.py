@@ -1,10 +1,14 @@
 """Every report in a real browser: it draws, zooms, links, and says nothing on the console."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 from browser import chromium, opened
 from control_example import control_page
 from diagnosis_example import SLIP, consistent, diagnosis
 
+from twin.identification.stabilisation import StablePole
 from twin.provenance import provenance
 from twin.view.page.diagnosis import report
 from twin.view.page.identification import page
@@ -42,3 +46,14 @@ def test_plots_of_one_kind_zoom_together(pages, tmp_path):
     seen = opened(pages["control"], tmp_path)
     assert seen["linked"]
     assert all(other == pytest.approx(seen["after"]) for other in seen["linked"])
+
+
+def test_clicked_poles_become_a_command(identification, tmp_path):
+    made = provenance(["identify", "hit.csv", "--poles", "3,4"])
+    steady = frozenset(("frequency", "damping", "shape"))
+    column = [StablePole(n, 12.3 * (-0.01 + 1j), np.ones(2), True, steady) for n in (4, 6, 8)]
+    drawn = replace(identification, diagram=tuple(column))
+    seen = opened(render(page(drawn, None, made, {})), tmp_path)
+    assert seen["picked"] == "twin identify hit.csv --poles 2.5,7.25"
+    assert seen["lines"] == len(identification.modal.natural_freq) + 2
+    assert seen["console"] == []

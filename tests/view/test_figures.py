@@ -7,7 +7,7 @@ DRAWN = {
     "time": (figures.time_histories, 3),
     "frf": (figures.frequency_responses, 2),
     "singular values": (figures.singular_values, 1),
-    "stabilisation": (figures.stabilisation_diagram, 1),
+    "stabilisation": (figures.stabilisation_diagram, 2),
 }
 
 

@@ -19,7 +19,7 @@ from twin.cli.common import (
     write_json,
 )
 from twin.cli.convert import Map, Rate
-from twin.cli.identify_others import driven, from_outputs, from_responses, telling
+from twin.cli.identify_others import choice, driven, from_outputs, from_responses, telling
 from twin.errors import TwinError
 
 if TYPE_CHECKING:
@@ -72,6 +72,14 @@ def identify_recordings(
         str | None,
         typer.Option("--model", help="MJCF to show as the true structure beside the identified."),
     ] = None,
+    pick: Annotated[
+        bool,
+        typer.Option("--pick", help="Choose poles in a window with the stabilisation diagram."),
+    ] = False,
+    poles: Annotated[
+        str | None,
+        typer.Option("--poles", metavar="HZ,HZ,...", help="Choose the stable poles nearest these."),
+    ] = None,
     output_only: Annotated[
         bool,
         typer.Option("--output-only", help="Nothing that drives was measured; no masses then."),
@@ -109,31 +117,32 @@ def identify_recordings(
         raise TwinError("--unseen counts periods: say how long one is with --period")
     if period is not None and period < LEAST_SAMPLES:
         raise TwinError(f"--period {period}: a period has at least {LEAST_SAMPLES} samples")
+    chosen = choice(pick, poles)
     check_json_target(json)
-    check_folder(out or DEFAULT_FOLDER)
+    target = out or DEFAULT_FOLDER
+    check_folder(target)
     terminal = console(json)
+    origin = made([*recordings, *(tests or []), *([model] if model else [])], seed)
     if holds_responses(recordings[0]):
-        return from_responses(recordings, band, window, terminal, json)
+        return from_responses(recordings, band, window, chosen, terminal, target, origin, json)
     mapping = parse_channel_map(channel_map or [])
     truth = Twin.load(model) if model else None
     train = [read_recording(path, mapping, rate) for path in recordings]
     if output_only or not (inputs or any(driven(r) for r in train)):
         if window is not None:
             raise TwinError("--exponential-window needs a measured force or frequency responses")
-        return from_outputs(train, outputs, band, terminal, json)
+        return from_outputs(train, outputs, band, chosen, terminal, target, origin, json)
     kept = [read_recording(path, mapping, rate) for path in tests or []]
     if period:
         kept += [last_periods(r, period, unseen) for r in train if unseen]
         train = [mean_period(r, period, unseen) for r in train]
     with terminal.status("identifying") as status:
-        result = identify(train, order, p, inputs, outputs, band, telling(status))
+        result = identify(train, order, p, inputs, outputs, band, telling(status), chosen)
     errors = unseen_errors(result, kept)
     if window is not None:
         result = identification_without_window(result, window)
     print_identification(terminal, result, truth, errors)
-    origin = made([*recordings, *(tests or []), *([model] if model else [])], seed)
-    target = folder(out or DEFAULT_FOLDER)
-    files = write_identification(target, result, truth, made=origin, unseen=errors)
+    files = write_identification(folder(target), result, truth, made=origin, unseen=errors)
     terminal.print(f"written: {', '.join(str(path) for path in files)}")
     write_json(as_json(result) | {"unseen_nrmse": errors}, json)
 

@@ -6,13 +6,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from twin.cli.common import write_json
+from twin.cli.common import folder, write_json
+from twin.errors import TwinError
 
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.status import Status
 
+    from twin.identification.pole_diagram import Pick
     from twin.identification.segments import Progress
+    from twin.provenance import Provenance
     from twin.recording import Recording
 
 
@@ -25,6 +28,33 @@ def telling(status: Status) -> Progress:
     return progress
 
 
+def choice(pick: bool, poles: str | None) -> Pick | None:
+    """Return how poles are chosen: with the mouse, near given frequencies, or None for by itself.
+
+    Raises:
+        TwinError: both at once, or what are no frequencies.
+    """
+    if poles is None:
+        if not pick:
+            return None
+        from twin.view.poles import pick_by_hand
+
+        return pick_by_hand
+    if pick:
+        raise TwinError("--pick and --poles both choose poles: give one of them")
+    from twin.identification.pole_diagram import poles_near
+
+    try:
+        frequencies = [float(part) for part in poles.split(",")]
+    except ValueError:
+        frequencies = []
+    if not frequencies or not all(0 < f < float("inf") for f in frequencies):
+        raise TwinError(
+            f"--poles {poles}: frequencies in Hz, with commas between, such as 810.5,900"
+        )
+    return poles_near(frequencies)
+
+
 def driven(recording: Recording) -> bool:
     """Whether a force or a shaken ground was measured, be it one that does not move."""
     return bool(recording.inputs) or any(c.kind in ("force", "torque") for c in recording.channels)
@@ -34,20 +64,28 @@ def from_responses(
     files: Sequence[Path],
     band: tuple[float, float] | None,
     window: float | None,
+    pick: Pick | None,
     terminal: Console,
+    target: Path,
+    made: Provenance,
     json: str | None,
 ) -> None:
     """Identify modes from files of frequency responses."""
     from twin.formats.responses import read_responses
     from twin.identification.exponential_window import responses_without_window
     from twin.identification.from_responses import identify_responses
+    from twin.view.page.identification import write_modes_page
     from twin.view.report import print_responses
 
     with terminal.status("identifying") as status:
-        result = identify_responses(read_responses(files), band, telling(status))
+        result = identify_responses(read_responses(files), band, telling(status), pick)
     if window is not None:
         result = responses_without_window(result, window)
     print_responses(terminal, result)
+    page = folder(target) / "identification.html"
+    source = result.responses.source
+    write_modes_page(page, result.modal, result.diagram, source, result.notes, made)
+    terminal.print(f"written: {page}")
     write_json(result.as_json(), json)
 
 
@@ -55,15 +93,22 @@ def from_outputs(
     recordings: Sequence[Recording],
     outputs: Sequence[str] | None,
     band: tuple[float, float] | None,
+    pick: Pick | None,
     terminal: Console,
+    target: Path,
+    made: Provenance,
     json: str | None,
 ) -> None:
     """Identify modes from responses to what nobody measured."""
     from twin.identification.output_only import identify_output_only
+    from twin.view.page.identification import write_modes_page
     from twin.view.report import print_modes
 
     with terminal.status("identifying") as status:
-        result = identify_output_only(recordings, outputs, band, telling(status))
+        result = identify_output_only(recordings, outputs, band, telling(status), pick)
     source = ", ".join(r.source for r in recordings)
     print_modes(terminal, result.modal, source, result.notes)
+    page = folder(target) / "identification.html"
+    write_modes_page(page, result.modal, result.diagram, source, result.notes, made)
+    terminal.print(f"written: {page}")
     write_json(result.as_json(), json)

@@ -9,7 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.identification.complex_frequency import Denominator
-from twin.identification.stabilisation import StablePole
+from twin.identification.stabilisation import (
+    DAMPING_TOLERANCE,
+    FREQUENCY_TOLERANCE,
+    StablePole,
+)
 
 ComplexArray = NDArray[np.complex128]
 
@@ -53,10 +57,22 @@ def diagram(equations: Denominator, orders: Sequence[int], resolution: float) ->
         poles = poles[-poles.real < BROAD * np.abs(poles)]
         for pole in poles:
             width = max(-pole.real, resolution / 2)
-            stable = bool(len(last)) and bool(np.abs(last - pole).min() < NEAR * width)
-            found.append(StablePole(order, complex(pole), np.ones(1, complex), stable))
+            nearest = last[np.argmin(np.abs(last - pole))] if len(last) else complex(np.inf)
+            stable = bool(abs(nearest - pole) < NEAR * width)
+            steady = _shared(pole, nearest) if stable else frozenset()
+            found.append(StablePole(order, complex(pole), np.ones(1, complex), stable, steady))
         last = poles
     return found
+
+
+def _shared(pole: complex, old: complex) -> frozenset[str]:
+    """Return whether frequency and damping stay within the tolerances of any diagram."""
+    shared = set()
+    if abs(abs(pole) / abs(old) - 1) < FREQUENCY_TOLERANCE:
+        shared.add("frequency")
+        if abs(pole.real * abs(old) / (old.real * abs(pole)) - 1) < DAMPING_TOLERANCE:
+            shared.add("damping")
+    return frozenset(shared)
 
 
 def clusters(poles: Sequence[StablePole], resolution: float) -> list[Cluster]:

@@ -13,6 +13,7 @@ from twin.identification.as_json import modes_as_json
 from twin.identification.doubts import doubts_of_fit
 from twin.identification.listing import listed_modes
 from twin.identification.modal_response import frequency_response
+from twin.identification.pole_diagram import Pick, PoleDiagram, of_responses
 from twin.identification.segments import Progress
 from twin.identification.spectra import USABLE_FRACTION, Spectrum
 from twin.identification.wide_band import WideFit, fit_wide, starting_poles
@@ -39,6 +40,11 @@ class ResponseIdentification:
     responses: ResponseSet
     error: float
     notes: tuple[str, ...]
+
+    @property
+    def diagram(self) -> PoleDiagram:
+        """The stabilisation diagram over the measured responses."""
+        return of_responses(self.found.diagram, self.responses.frequency_hz, self.responses.H)
 
     def as_json(self) -> dict[str, Any]:
         """Return the dictionary of the identification's contract; null for what records give."""
@@ -80,6 +86,7 @@ def identify_responses(
     responses: ResponseSet,
     band_hz: tuple[float, float] | None = None,
     progress: Progress | None = None,
+    pick: Pick | None = None,
 ) -> ResponseIdentification:
     """Identify modes from measured frequency responses.
 
@@ -87,13 +94,18 @@ def identify_responses(
         responses: at common lines; accelerances give the shapes of accelerations.
         band_hz: frequencies to use; all by default.
         progress: told what is done, which step it is and of how many.
+        pick: chooses poles in the stabilisation diagram; the modes are theirs and no others.
 
     Raises:
         IdentificationError: no mode is found.
     """
     spectra = spectra_of(responses, band_hz)
     poles, diagram = starting_poles(spectra, progress)
-    found = fit_wide(spectra, "band-limited", poles, diagram, progress)
+    if pick is not None:
+        poles = pick(of_responses(diagram, responses.frequency_hz, responses.H))
+        if not len(poles):
+            raise IdentificationError(f"{responses.source}: no pole was chosen")
+    found = fit_wide(spectra, "band-limited", poles, diagram, progress, pick is not None)
     fit = found.fit
     model = frequency_response(fit.parameters, spectra[0], fit.hold, fit.w_max)
     measured = np.stack([s.Y for s in spectra], axis=2)

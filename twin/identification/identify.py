@@ -14,6 +14,7 @@ from twin.identification.discrete import predict, realize
 from twin.identification.doubts import UNEXPLAINED, doubts_of_band, doubts_of_data, doubts_of_fit
 from twin.identification.doubts_of_modes import doubts_of_modes
 from twin.identification.maximum_likelihood import ModalFit
+from twin.identification.pole_diagram import Pick
 from twin.identification.proportional_damping import proportional_damping
 from twin.identification.records import Records, prepare
 from twin.identification.result import Identification
@@ -21,7 +22,7 @@ from twin.identification.second_order import second_order_from_poles
 from twin.identification.segments import Progress
 from twin.identification.starts import realizations
 from twin.identification.structured import Structure, structured_second_order
-from twin.identification.wide_result import identify_wide, is_wide
+from twin.identification.wide_result import identify_picked, identify_wide, is_wide
 from twin.modal import ModalModel
 from twin.recording import Recording
 
@@ -39,6 +40,7 @@ def identify(
     outputs: Sequence[str] | None = None,
     band_hz: tuple[float, float] | None = None,
     progress: Progress | None = None,
+    pick: Pick | None = None,
 ) -> Identification:
     """Identify a linear model from one or several recordings of the same structure.
 
@@ -56,13 +58,17 @@ def identify(
         outputs: channels that respond; all others by default.
         band_hz: frequencies to use; by default what the input excites, below 1/2.56 of the rate.
         progress: told what is done, which step it is and of how many.
+        pick: chooses poles in the stabilisation diagram; the modes are theirs and no others.
 
     Raises:
         TwinError: the recordings do not allow it; the message says why.
     """
     try:
         records = prepare(recordings, inputs, outputs)
-        found = _best(records, order, p, band_hz, progress)
+        if pick is not None:
+            found = identify_picked(records, band_hz, pick, progress)
+        else:
+            found = _best(records, order, p, band_hz, progress)
         fit = found.fit
         band = (fit.w_min / (2 * np.pi), fit.w_max / (2 * np.pi)) if fit else (0.0, np.inf)
         first = doubts_of_fit(found.nrmse, band)

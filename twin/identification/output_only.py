@@ -25,6 +25,7 @@ from twin.identification.as_json import modes_as_json
 from twin.identification.doubts import doubts_of_data
 from twin.identification.era import HankelFactors, era
 from twin.identification.listing import FALSE_MODES
+from twin.identification.pole_diagram import Pick, PoleDiagram, of_outputs
 from twin.identification.segments import Progress
 from twin.identification.spectra import USABLE_FRACTION
 from twin.identification.stabilisation import (
@@ -68,14 +69,14 @@ class OutputOnly:
 
     Attributes:
         modal: natural frequencies, damping ratios and shapes, their scale arbitrary.
-        diagram: the stabilisation diagram.
+        diagram: the stabilisation diagram over the spectra of the outputs.
         recordings: what it was identified from.
         sampling_hz: of the covariances [Hz].
         notes: what a reader has to know, warnings first.
     """
 
     modal: ModalModel
-    diagram: tuple[StablePole, ...]
+    diagram: PoleDiagram
     recordings: tuple[Recording, ...]
     sampling_hz: float
     notes: tuple[str, ...]
@@ -91,6 +92,7 @@ def identify_output_only(
     outputs: Sequence[str] | None = None,
     band_hz: tuple[float, float] | None = None,
     progress: Progress | None = None,
+    pick: Pick | None = None,
 ) -> OutputOnly:
     """Identify modes from responses to excitation that was not measured.
 
@@ -99,6 +101,7 @@ def identify_output_only(
         outputs: channels that respond; all common ones that move by default.
         band_hz: frequencies to list modes in; all usable ones by default.
         progress: told what is done, which step it is and of how many.
+        pick: chooses poles in the stabilisation diagram; modes are looked for nowhere else.
 
     Raises:
         TwinError: the recordings do not allow it; the message says why.
@@ -119,6 +122,10 @@ def identify_output_only(
     references = blocks.shape[3]
     diagram = tuple(stabilisation(whole, 1 / rate, references, orders))
     columns = [c for c in persistent_columns(diagram) if low <= c[0].frequency_hz <= top]
+    shown = of_outputs(diagram, y, rate)
+    if pick is not None:
+        poles = pick(shown)
+        columns = [[p for p in diagram if p.pole == pole] for pole in poles]
     modal = _with_deviations(columns, blocks, counts, rate, names, progress)
     if not len(modal.natural_freq):
         raise IdentificationError(
@@ -131,7 +138,7 @@ def identify_output_only(
         "white excitation is assumed: a narrow peak in the spectrum of what excites the structure "
         "looks like a mode",
     )
-    return OutputOnly(modal, diagram, tuple(recordings), rate, notes)
+    return OutputOnly(modal, shown, tuple(recordings), rate, notes)
 
 
 def _names(recordings: Sequence[Recording], outputs: Sequence[str] | None) -> tuple[str, ...]:

@@ -108,11 +108,14 @@ def level_weights(error: ComplexArray, power: Array, noise: Array) -> Array:
     return np.asarray(1 / (np.sqrt(variance) * noise))
 
 
-def refine_segment(drive: Drive, segment: Segment, terms: Terms, last: bool) -> Drive:
+def refine_segment(
+    drive: Drive, segment: Segment, terms: Terms, last: bool, by_hand: bool = False
+) -> Drive:
     """Fit the modes of one segment, neighbours included, and drop those that pay for nothing.
 
     A mode goes where the rise of the cost without it is less than the Bayesian information
     criterion charges for its unknowns. The last time, modes that the residual asks for come in.
+    Modes that were chosen by hand stay, and no others come in.
 
     Returns:
         The refined modes inside the segment.
@@ -134,7 +137,7 @@ def refine_segment(drive: Drive, segment: Segment, terms: Terms, last: bool) -> 
     for _ in range(ROUNDS if last else 1):
         here, done = solve(here, own, weight, TOLERANCE, steps, _outside(here, segment))
         weight = level_weights(done.error, floor, own.noise)
-    while (mine := segment.holds(here.omega)).any():
+    while not by_hand and (mine := segment.holds(here.omega)).any():
         done = project(here, own, weight, derivative=False)
         assert done.loss is not None
         price = np.log(2 * own.Y.size) * _unknowns_of_mode(own)
@@ -150,9 +153,11 @@ def refine_segment(drive: Drive, segment: Segment, terms: Terms, last: bool) -> 
             break
         here, done = solve(here, own, weight, TOLERANCE, steps, _outside(here, segment))
         weight = level_weights(done.error, floor, own.noise)
-    if last and len(here.omega):
+    if last and len(here.omega) and not by_hand:
         here = _with_what_is_missing(here, segment, own, floor)
     mine = segment.holds(here.omega)
+    if by_hand:
+        mine = np.isin(members, np.flatnonzero(inside))
     return Drive(here.omega[mine], here.zeta[mine], here.v[mine], here.anchor[mine])
 
 
@@ -260,6 +265,7 @@ def refine(
     parts: list[Segment],
     last: bool,
     progress: Progress | None = None,
+    by_hand: bool = False,
 ) -> Drive:
     """Refine every segment once and gather the modes."""
     gathered: list[Drive] = []
@@ -267,9 +273,9 @@ def refine(
         if progress:
             progress("refining", index + 1, len(parts))
         try:
-            gathered.append(refine_segment(drive, segment, terms, last))
+            gathered.append(refine_segment(drive, segment, terms, last, by_hand))
         except (IdentificationError, np.linalg.LinAlgError):
-            gathered.append(drive.without(np.flatnonzero(~segment.holds(drive.omega))))
+            gathered.append(drive.only(np.flatnonzero(segment.holds(drive.omega))))
     return joined(gathered)
 
 

@@ -19,6 +19,7 @@ FREQUENCY_TOLERANCE = 0.01
 DAMPING_TOLERANCE = 0.15
 LEAST_MAC = 0.95
 LARGEST_DAMPING = 0.3
+STEADY = frozenset(("frequency", "damping", "shape"))
 
 
 @dataclass(frozen=True)
@@ -29,14 +30,16 @@ class StablePole:
         order: of the realization the pole belongs to.
         pole: continuous-time pole with positive imaginary part [rad/s].
         shape: its mode shape at the outputs, (outputs,).
-        stable: whether the order before has it too, within 1 % in frequency, 15 % in damping
-            and a MAC of 0.95.
+        stable: whether the order before has it too, in all that can be compared.
+        steady: which of "frequency", "damping" and "shape" the order before has too, within 1 %,
+            15 % and a MAC of 0.95; shapes are not known to every method.
     """
 
     order: int
     pole: complex
     shape: ComplexArray
     stable: bool
+    steady: frozenset[str] = frozenset()
 
     @property
     def frequency_hz(self) -> float:
@@ -77,16 +80,27 @@ def stabilisation(
         now = []
         for i in np.flatnonzero((damping > 0) & (damping < LARGEST_DAMPING)):
             shape = shapes[:, i]
-            stable = any(
-                abs(freq[i] / old.frequency_hz - 1) < FREQUENCY_TOLERANCE
-                and abs(damping[i] / old.damping_ratio - 1) < DAMPING_TOLERANCE
-                and mac(shape[:, None], old.shape[:, None])[0, 0] > LEAST_MAC
-                for old in last
+            steady = max(
+                (_shared(float(freq[i]), float(damping[i]), shape, old) for old in last),
+                key=len,
+                default=frozenset[str](),
             )
-            now.append(StablePole(order, complex(poles[i]), shape, stable))
+            now.append(StablePole(order, complex(poles[i]), shape, steady == STEADY, steady))
         found += now
         last = now
     return found
+
+
+def _shared(freq: float, damping: float, shape: ComplexArray, old: StablePole) -> frozenset[str]:
+    """Return what a pole has in common with one of the order before; nothing far from it."""
+    if abs(freq / old.frequency_hz - 1) >= FREQUENCY_TOLERANCE:
+        return frozenset()
+    shared = {"frequency"}
+    if abs(damping / old.damping_ratio - 1) < DAMPING_TOLERANCE:
+        shared.add("damping")
+    if mac(shape[:, None], old.shape[:, None])[0, 0] > LEAST_MAC:
+        shared.add("shape")
+    return frozenset(shared)
 
 
 def persistent_columns(

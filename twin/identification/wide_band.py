@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.errors import IdentificationError
-from twin.estimation.noise import NoiseLevels
 from twin.identification.clusters import clusters, diagram
 from twin.identification.complex_frequency import denominator
 from twin.identification.maximum_likelihood import ModalFit
-from twin.identification.modal_response import Hold, ModalParameters
+from twin.identification.modal_response import Hold
 from twin.identification.segments import (
+    LEAST_LINES,
     Progress,
     Segment,
     families,
@@ -33,6 +33,7 @@ from twin.identification.separable import Projected, project, solve
 from twin.identification.separable_terms import Drive, Terms
 from twin.identification.spectra import Spectrum
 from twin.identification.stabilisation import StablePole
+from twin.identification.wide_parameters import as_fit
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -75,6 +76,7 @@ class WideFit:
         omega: its angular frequency, or that of one mode fitted to the family's response [rad/s].
         zeta: its damping ratio, likewise.
         std: standard deviations of frequency [Hz] and damping ratio, (2, families).
+        by_hand: whether the poles were chosen by hand; all of them are listed then.
     """
 
     fit: ModalFit
@@ -84,6 +86,7 @@ class WideFit:
     omega: Array
     zeta: Array
     std: Array
+    by_hand: bool = False
 
 
 def starting_poles(
@@ -127,8 +130,12 @@ def fit_wide(
     poles: ComplexArray,
     found: tuple[StablePole, ...],
     progress: Progress | None = None,
+    by_hand: bool = False,
 ) -> WideFit:
     """Refine poles segment by segment, drop what does not pay, and solve for all residues.
+
+    Poles that were chosen by hand all stay, each a mode of its own, and are fitted to the lines
+    around them: what nobody chose must not draw them away.
 
     Without a given behaviour of the input between samples, the one is taken that the evidence of
     the first sweep's poles decides for; a band-limited input where it does not.
@@ -143,19 +150,40 @@ def fit_wide(
         )
     w_max = max(float(s.omega[-1]) for s in spectra)
     w_min = min(float(s.omega[0]) for s in spectra)
-    terms = Terms(tuple(spectra), hold or "band-limited", POWERS, w_max)
     resolution = float(np.median(np.diff(spectra[0].omega)))
+    if by_hand:
+        spectra = around(spectra, poles, resolution)
+    terms = Terms(tuple(spectra), hold or "band-limited", POWERS, w_max)
     drive = starting_drive(poles, terms)
     for sweep in range(SWEEPS):
         parts = segments(drive.omega, w_min, w_max, resolution)
-        drive = refine(drive, terms, parts, sweep == SWEEPS - 1, progress)
+        drive = refine(drive, terms, parts, sweep == SWEEPS - 1, progress, by_hand)
         if not len(drive.omega):
             raise IdentificationError("no mode pays for its unknowns: the outputs hold noise only")
         if hold is None and sweep == 0:
             drive, terms = _likelier_hold(drive, terms, parts)
-    drive, done, weight = _settled(drive, terms, parts)
-    fit = _as_fit(drive, done, terms, weight, w_min)
-    return _named(fit, found, families(drive, done.psi))
+    drive, done, weight = _settled(drive, terms, parts, by_hand)
+    fit = as_fit(drive, done, terms, weight, w_min)
+    alone = [np.array([i]) for i in range(len(drive.omega))]
+    kin = alone if by_hand else families(drive, done.psi)
+    return replace(_named(fit, found, kin), by_hand=by_hand)
+
+
+def around(spectra: Sequence[Spectrum], poles: ComplexArray, resolution: float) -> list[Spectrum]:
+    """Return the lines around some poles.
+
+    Args:
+        spectra: the records.
+        poles: [rad/s].
+        resolution: distance of the lines [rad/s].
+    """
+    reach = np.maximum(-REACH * poles.real, LEAST_LINES / 2 * resolution)
+    found = []
+    for s in spectra:
+        near = np.any(np.abs(s.omega[:, None] - np.abs(poles)) <= reach, axis=1)
+        noise = None if s.noise is None else s.noise[near]
+        found.append(replace(s, omega=s.omega[near], U=s.U[near], Y=s.Y[near], noise=noise))
+    return found
 
 
 def _named(
@@ -211,7 +239,9 @@ def _likelier_hold(drive: Drive, terms: Terms, parts: list[Segment]) -> tuple[Dr
     return (other, held) if likelihood[1] > likelihood[0] + DECISIVE / 2 else (drive, terms)
 
 
-def _settled(drive: Drive, terms: Terms, parts: list[Segment]) -> tuple[Drive, Projected, Array]:
+def _settled(
+    drive: Drive, terms: Terms, parts: list[Segment], by_hand: bool
+) -> tuple[Drive, Projected, Array]:
     """Drop modes that are vaguer than they are large; weigh lines by their segment's noise."""
     weight = np.ones(terms.Y.shape)
     while True:
@@ -223,7 +253,7 @@ def _settled(drive: Drive, terms: Terms, parts: list[Segment]) -> tuple[Drive, P
         std = np.sqrt(np.maximum(np.diag(np.linalg.pinv(done.gram, hermitian=True)), 0))
         damping = std.reshape(*drive.v.shape, 2)[:, 0, 1]
         vague = np.flatnonzero(damping > 1)
-        if not len(vague) or len(vague) == len(drive.omega):
+        if by_hand or not len(vague) or len(vague) == len(drive.omega):
             return drive, done, weight
         drive = drive.without(vague)
 
@@ -238,60 +268,3 @@ def segment_weights(error: ComplexArray, terms: Terms, parts: Sequence[Segment])
         if inside.any():
             weight[inside] = level_weights(error[inside], floor, noise[inside])
     return weight
-
-
-def _as_fit(drive: Drive, done: Projected, terms: Terms, weight: Array, w_min: float) -> ModalFit:
-    n, q = drive.v.shape
-    m, r = terms.Y.shape[1], terms.spectra[0].U.shape[1]
-    anchor = np.argmax(np.abs(done.psi), axis=0)
-    size = done.psi[anchor, np.arange(n)]
-    free = np.zeros((len(terms.spectra), n), complex)
-    column, edges, row = r, [], r * len(terms.powers)
-    for index, s in enumerate(terms.spectra):
-        if s.transient:
-            free[index] = drive.v[:, column] * size
-            column += 1
-        edges.append(done.direct[row : row + 2 * s.edge])
-        row += 2 * s.edge
-    D = [done.direct[i * r : (i + 1) * r].T for i in range(len(terms.powers))]
-    p = ModalParameters(
-        drive.omega, drive.zeta, done.psi / size, anchor,
-        drive.v[:, :r] * size[:, None], D[0], D[1], free, tuple(edges), D[2],
-    )  # fmt: skip
-    assert done.gram is not None
-    inverse = np.asarray(np.linalg.pinv(done.gram, hermitian=True), float)
-    covariance = inverse.reshape(n, q, 2, n, q, 2)
-    first = covariance[:, 0, :, :, 0, :].transpose(1, 0, 3, 2).reshape(2 * n, 2 * n)
-    scale = np.concatenate([np.ones(n), drive.zeta])
-    bound = first * np.outer(scale, scale)
-    misfit = np.tile(misfits(drive, done, terms, weight), 2)
-    log_likelihood = 2 * float(np.sum(np.log(weight))) - done.cost / 2
-    linear = m * (2 * n + r * len(terms.powers))
-    return ModalFit(
-        parameters=p,
-        hold=terms.hold,
-        residual=True,
-        w_max=terms.w_max,
-        noise=NoiseLevels(np.mean(np.abs(done.error) ** 2, axis=0), np.zeros(r)),
-        covariance=bound * np.outer(misfit, misfit),
-        fisher_covariance=bound,
-        log_likelihood=log_likelihood,
-        unknowns=linear + 2 * n * q,
-        data=2 * terms.Y.size,
-        w_min=w_min,
-    )
-
-
-def misfits(drive: Drive, done: Projected, terms: Terms, weight: Array) -> Array:
-    """By how much the residual exceeds its level within each mode's bandwidth, at least 1, (n,)."""
-    omega = np.concatenate([s.omega for s in terms.spectra])
-    power = np.mean(np.abs(done.error * weight) ** 2, axis=1)
-    found = np.ones(len(drive.omega))
-    for i, (centre, zeta) in enumerate(zip(drive.omega, drive.zeta, strict=True)):
-        x = (omega - centre) / max(zeta * centre, 1e-12)
-        information = 1 / (1 + x**2) ** 2
-        lines = float(np.sum(information) ** 2 / np.sum(information**2)) * done.error.shape[1]
-        excess = float(np.sum(information * power) / np.sum(information))
-        if excess > 1 + 3.5 / np.sqrt(lines):
-            found[i] = np.sqrt(excess)
-    return found

@@ -8,6 +8,7 @@ from twin.errors import IdentificationError
 from twin.identification.discrete import predict, realize
 from twin.identification.listing import listed_modes
 from twin.identification.modal_response import Hold
+from twin.identification.pole_diagram import Pick, of_records
 from twin.identification.proportional_damping import proportional_damping
 from twin.identification.records import Records
 from twin.identification.result import Identification
@@ -36,6 +37,22 @@ def identify_wide(
     spectra = records.wide_spectra(band_hz)
     poles, diagram = starting_poles(spectra, progress)
     return _result(records, fit_wide(spectra, None, poles, diagram, progress))
+
+
+def identify_picked(
+    records: Records, band_hz: tuple[float, float] | None, pick: Pick, progress: Progress | None
+) -> Identification:
+    """Identify the modes whose poles are chosen in the stabilisation diagram.
+
+    Raises:
+        IdentificationError: no pole is chosen, or more than the data determine.
+    """
+    spectra = records.wide_spectra(band_hz)
+    _, diagram = starting_poles(spectra, progress)
+    poles = pick(of_records(diagram, records.pairs, 1 / records.dt))
+    if not len(poles):
+        raise IdentificationError("no pole was chosen")
+    return _result(records, fit_wide(spectra, None, poles, diagram, progress, by_hand=True))
 
 
 def _result(records: Records, found: WideFit) -> Identification:
@@ -70,6 +87,12 @@ def _result(records: Records, found: WideFit) -> Identification:
             f"poles at {at} Hz improve the fit, but their damping cannot be told from zero: "
             "they are part of the model, not of the list"
         )
+    if found.by_hand:
+        notes.append("the modes are those chosen in the stabilisation diagram, by hand")
+        vague = np.flatnonzero(found.zeta <= 1.96 * found.std[1])
+        if len(vague):
+            at = ", ".join(f"{f / (2 * np.pi):.5g}" for f in np.sort(found.omega[vague]))
+            notes.insert(0, f"warning: the damping chosen at {at} Hz cannot be told from zero")
     second_order = None
     if len(p.omega) == len(rank):
         try:

@@ -112,6 +112,16 @@ def modal_rows(identification: Identification, truth: ModalModel | None) -> tupl
     return tuple(rows)
 
 
+def mode_rows(modal: ModalModel) -> list[Row]:
+    """Return frequency and damping ratio of every mode, with their standard deviations."""
+    rows = []
+    for i, (f, z) in enumerate(zip(modal.natural_freq, modal.damping_ratio, strict=True)):
+        rows.append(Row(f"frequency {i + 1}", "Hz", float(f), _at(modal.natural_freq_std, i)))
+        spread = _at(modal.damping_ratio_std, i, 100)
+        rows.append(Row(f"damping {i + 1}", "%", 100 * float(z), spread))
+    return rows
+
+
 def matrix_rows(
     identified: SecondOrderModel | None,
     truth: SecondOrderModel | None,

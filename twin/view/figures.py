@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from twin.files import write_whole
+from twin.identification.pole_diagram import PoleDiagram, of_responses
 from twin.identification.response import identified_response
 from twin.identification.result import Identification
 from twin.identification.stabilisation import FREQUENCY_TOLERANCE, StablePole, persistent_poles
@@ -21,6 +22,7 @@ from twin.recording import Recording
 from twin.signals.frf import FrequencyResponse, measured_response
 from twin.view.colours import FORCE, GROUND, IDENTIFIED, MEASURED, REJECTED
 from twin.view.deflection import HALF_SPAN, HEIGHT, beam, mode_shapes
+from twin.view.poles import draw_poles
 
 Array = NDArray[np.float64]
 
@@ -202,30 +204,18 @@ def lasting_poles(diagram: Sequence[StablePole]) -> list[bool]:
 
 
 def stabilisation_diagram(result: Identification) -> Figure:
-    """Draw the poles of every order, stable or not, and the identified modes."""
+    """Draw the poles of every order over the measured responses, and the identified modes."""
     figure = Figure(figsize=(8, 4.6), layout="constrained")
-    ax = figure.subplots()
-    lasting = lasting_poles(result.diagram)
-    for stays, colour, label, marker in (
-        (False, REJECTED, "comes and goes", "x"),
-        (True, MEASURED, "stays", "o"),
-    ):
-        poles = [p for p, lasts in zip(result.diagram, lasting, strict=True) if lasts is stays]
-        ax.plot(
-            [p.frequency_hz for p in poles], [p.order for p in poles], marker, color=colour,
-            ms=4, mew=0.9, label=label, ls="none",
-        )  # fmt: skip
-    for r, freq in enumerate(result.modal.natural_freq):
-        ax.axvline(
-            freq, color=IDENTIFIED, lw=1.2, zorder=0, label="identified mode" if r == 0 else None
-        )
     top = result.fit.w_max / (2 * np.pi) if result.fit else result.sampling_hz / 2
-    ax.set_xlim(0, 1.05 * top)
-    ax.set_xlabel("natural frequency [Hz]")
-    ax.set_ylabel("order of the realization")
-    ax.grid(alpha=0.3)
-    ax.legend(loc="upper center", bbox_to_anchor=(0.5, 1.13), ncols=3, frameon=False)
+    draw_poles(figure, diagram_of(result), result.modal.natural_freq, top)
     return figure
+
+
+def diagram_of(result: Identification) -> PoleDiagram:
+    """Return an identification's stabilisation diagram over its measured responses."""
+    found = responses(result, 2)
+    shown = found.measured
+    return of_responses(result.diagram, shown.frequency_hz[found.shown], shown.H[found.shown])
 
 
 def modes(result: Identification) -> Figure:

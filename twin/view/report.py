@@ -15,7 +15,7 @@ from twin.modal import ModalModel
 from twin.model import Twin
 from twin.provenance import Provenance
 from twin.view import figures
-from twin.view.comparison import Row, matrix_rows, modal_rows
+from twin.view.comparison import matrix_rows, modal_rows, mode_rows
 from twin.view.page.identification import write_identification_page
 from twin.view.rrd import write_rrd
 from twin.view.tables import channel_table, parameter_table
@@ -85,13 +85,7 @@ def print_modes(
     """
     warnings, others = warnings_and_notes(notes)
     _print_warnings(console, warnings)
-    std = modal.natural_freq_std, modal.damping_ratio_std
-    rows = []
-    for i, (f, z) in enumerate(zip(modal.natural_freq, modal.damping_ratio, strict=True)):
-        rows.append(Row(f"frequency {i + 1}", "Hz", f, None if std[0] is None else std[0][i]))
-        spread = None if std[1] is None else 100 * std[1][i]
-        rows.append(Row(f"damping {i + 1}", "%", 100 * z, spread))
-    console.print(parameter_table(rows, f"Modes in {source}"))
+    console.print(parameter_table(mode_rows(modal), f"Modes in {source}"))
     if more:
         console.print(more)
     for note in others:

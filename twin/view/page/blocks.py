@@ -53,6 +53,8 @@ class Plot:
         link: plots of one name zoom their x axes together.
         wide: whether it takes the page's whole width.
         signs: letters such as "●" or "╌╌" for names that share their colour with others.
+        pick: a command that frequencies of clicked points are appended to; nothing can be chosen
+            without.
     """
 
     kind: ClassVar[str] = "plot"
@@ -62,6 +64,7 @@ class Plot:
     link: str = ""
     wide: bool = True
     signs: Mapping[str, str] = field(default_factory=dict)
+    pick: str = ""
 
 
 Block = Text | Command | Items | Table | Plot

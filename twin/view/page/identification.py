@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
+
 from twin.identification.doubts import WARNING, warnings_and_notes
+from twin.identification.pole_diagram import PoleDiagram
 from twin.identification.result import Identification
+from twin.modal import ModalModel
 from twin.model import Twin
 from twin.provenance import Provenance, provenance
-from twin.view.comparison import Row, matrix_rows, modal_rows
+from twin.view.comparison import Row, matrix_rows, modal_rows, mode_rows
 from twin.view.diagnosis_words import printable, quantity
+from twin.view.figures import diagram_of
 from twin.view.page import identification_plots as plots
 from twin.view.page.blocks import Block, Items, Page, Section, Table, Text
+from twin.view.page.pole_plot import pole_plot
 from twin.view.page.render import write_page
 from twin.view.tables import BOUND_NOTE, table_columns
 
@@ -39,6 +45,40 @@ def write_identification_page(
     return write_page(page(result, truth, made or provenance(), unseen or {}), path)
 
 
+def write_modes_page(
+    path: Path,
+    modal: ModalModel,
+    diagram: PoleDiagram,
+    source: str,
+    notes: Sequence[str],
+    made: Provenance | None = None,
+) -> Path:
+    """Write a report on modes alone, from frequency responses or outputs, whole or not at all.
+
+    Args:
+        path: the .html file.
+        modal: the modes.
+        diagram: the stabilisation diagram they come from.
+        source: what they were found in.
+        notes: what a reader has to know.
+        made: where it comes from; date and versions alone without.
+    """
+    made = made or provenance()
+    warnings, others = warnings_and_notes(notes)
+    doubts = [printable(line.removeprefix(WARNING)) for line in warnings]
+    headers, rows = table_columns(mode_rows(modal))
+    top = float(diagram.frequency_hz[-1])
+    sections = [
+        Section("Before you trust what follows", [Items(doubts)] if doubts else []),
+        Section("Modes", [Table(headers, rows)]),
+        Section("Order", [pole_plot(diagram, modal.natural_freq, top, made.command)]),
+        Section("Mode shapes", plots.shapes(modal)),
+        Section("Notes", [Items([printable(note) for note in others])]),
+    ]
+    shown = [s for s in sections if s.blocks]
+    return write_page(Page(_title(modal), f"From {printable(source)}.", shown, made), path)
+
+
 def page(
     result: Identification, truth: Twin | None, made: Provenance, unseen: Mapping[str, float]
 ) -> Page:
@@ -55,7 +95,7 @@ def page(
         Section("Before you trust what follows", [Items(doubts)] if doubts else []),
         Section("Modes", [Table(*table_columns(rows)), Text(BOUND_NOTE)] if rows else []),
         Section("Measured beside the model", _predicted(result, unseen)),
-        Section("Frequency responses", [*plots.frequency_responses(result), *_stable(result)]),
+        Section("Frequency responses", _responses(result, made)),
         Section("Against the truth", _errors((*rows, *matrices))),
         Section("Mode shapes", plots.shapes(result.modal)),
         Section("Masses, stiffnesses, dampings", _matrices(result, truth)),
@@ -65,11 +105,12 @@ def page(
         Section("Other recordings", others, folded=True),
         Section("Notes", [Items([result.route, *map(printable, notes)])]),
     ]  # fmt: skip
-    return Page(_title(result), _lead(result, unseen), [s for s in sections if s.blocks], made)
+    return Page(
+        _title(result.modal), _lead(result, unseen), [s for s in sections if s.blocks], made
+    )
 
 
-def _title(result: Identification) -> str:
-    modal = result.modal
+def _title(modal: ModalModel) -> str:
     count = len(modal.natural_freq)
     if not count:
         return "No mode was identified"
@@ -99,8 +140,12 @@ def _predicted(result: Identification, unseen: Mapping[str, float]) -> list[Bloc
     return out
 
 
-def _stable(result: Identification) -> list[Block]:
-    return [plots.stabilisation(result)] if result.diagram else []
+def _responses(result: Identification, made: Provenance) -> list[Block]:
+    out: list[Block] = list(plots.frequency_responses(result))
+    if result.diagram:
+        top = result.fit.w_max / (2 * np.pi) if result.fit else result.sampling_hz / 2
+        out.append(pole_plot(diagram_of(result), result.modal.natural_freq, top, made.command))
+    return out
 
 
 def _errors(rows: tuple[Row, ...]) -> list[Block]:

@@ -11,7 +11,7 @@ from twin.identification.result import Identification
 from twin.modal import ModalModel, mac
 from twin.view.colours import FORCE, GROUND, IDENTIFIED, MEASURED, REJECTED, TRUE
 from twin.view.comparison import Row, place_of, same_rows
-from twin.view.figures import SHOWN_SINGULAR_VALUES, lasting_poles, responses, unit_of
+from twin.view.figures import SHOWN_SINGULAR_VALUES, responses, unit_of
 from twin.view.page.blocks import Plot
 from twin.view.page.plots import Panel, Trace, figure, line, points
 
@@ -106,25 +106,6 @@ _SIGNS = (("●", "──"), ("■", "╌╌"), ("▲", "┈┈"), ("✕", "─�
 def _style(number: int) -> tuple[str, str]:
     dashes, symbols = ("solid", "dash", "dot", "dashdot"), ("circle", "square", "triangle-up", "x")
     return dashes[number % 4], symbols[number % 4]
-
-
-def stabilisation(result: Identification) -> Plot:
-    """Return the poles of every order, those of columns that stay told from those that do not."""
-    lasting = np.array(lasting_poles(result.diagram), bool)
-    freq = np.array([p.frequency_hz for p in result.diagram])
-    order = np.array([p.order for p in result.diagram], float)
-    top = result.fit.w_max / (2 * np.pi) if result.fit else result.sampling_hz / 2
-    goes, stays = ~lasting, lasting
-    traces = [
-        points(freq[goes], order[goes], "comes and goes", REJECTED, 5, "x-thin-open", 0.8),
-        points(freq[stays], order[stays], "stays", MEASURED, 6),
-    ]
-    lines = [(float(f), IDENTIFIED) for f in result.modal.natural_freq]
-    drawn = figure([Panel("order of the realization", traces, share=1.8)],
-                   "natural frequency [Hz]", (0, top), verticals=lines)  # fmt: skip
-    keys = [("stays", MEASURED), ("comes and goes", REJECTED), ("identified mode", IDENTIFIED)]
-    return Plot(drawn, "A mode is a column of poles that stays as the order grows.", keys,
-                "frequency")  # fmt: skip
 
 
 def shapes(modal: ModalModel) -> list[Plot]:

@@ -17,6 +17,24 @@ async function draw(plot) {
   const figure = JSON.parse(plot.nextElementSibling.textContent);
   await Plotly.newPlot(plot, figure.data, figure.layout, settings);
   if (plot.dataset.link) plot.on("plotly_relayout", change => follow(plot, change));
+  if (plot.dataset.pick) plot.on("plotly_click", click => choose(plot, click.points));
+}
+
+// Clicked poles are chosen, or given back; the command below takes them.
+function choose(plot, clicked) {
+  const pole = clicked.find(p => p.data.mode === "markers");
+  if (!pole) return;
+  const f = Number(pole.x.toPrecision(7)), chosen = new Set(plot.chosen || []);
+  if (!chosen.delete(f)) chosen.add(f);
+  plot.chosen = [...chosen].sort((a, b) => a - b);
+  plot.modes = plot.modes || [...(plot.layout.shapes || [])];
+  const rings = plot.chosen.map(x => ({ type: "line", xref: "x", yref: "paper", x0: x, x1: x, y0: 0,
+    y1: 1, line: { color: "#1d2733", width: 1.5 } }));
+  Plotly.relayout(plot, { shapes: [...plot.modes, ...rings] });
+  const shown = plot.closest("figure").querySelector(".picked");
+  shown.hidden = !plot.chosen.length;
+  const command = plot.dataset.pick.replace(/ --(pick|poles[= ]\S+)/g, "");
+  shown.firstElementChild.textContent = `${command} --poles ${plot.chosen.join(",")}`;
 }
 
 function follow(plot, change) {
