@@ -25,7 +25,16 @@ def found(hit):
 
 
 NOUNS = (
-    *("channel", "errors", "frame.design", "modal", "model.twin", "place", "recording"),
+    *(
+        "channel",
+        "errors",
+        "frame.design",
+        "modal",
+        "model.twin",
+        "model.from_sysid",
+        "place",
+        "recording",
+    ),
     *("second_order", "state_space"),
 )
 

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from twin.frame import FrameDesign
     from twin.modal import ModalModel, mac
     from twin.model import Twin
+    from twin.model.from_sysid import from_sysid
     from twin.place import Place
     from twin.recording import Recording
     from twin.second_order import SecondOrderModel
@@ -47,6 +48,7 @@ __all__ = [
     "TwinError",
     "design_controller",
     "diagnose",
+    "from_sysid",
     "hammer_test",
     "identify",
     "mac",
@@ -64,6 +66,7 @@ _ROOMS = {
     "StateSpace": "state_space",
     "Twin": "model",
     "TwinError": "errors",
+    "from_sysid": "model.from_sysid",
     "mac": "modal",
 }
 """Where the nouns are; the verbs are in ``twin.api``."""
