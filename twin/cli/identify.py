@@ -20,6 +20,7 @@ from twin.cli.common import (
 )
 from twin.cli.convert import Map, Rate
 from twin.cli.identify_others import choice, driven, from_outputs, from_responses, telling
+from twin.cli.identify_update import write_updated
 from twin.errors import TwinError
 
 if TYPE_CHECKING:
@@ -70,8 +71,12 @@ def identify_recordings(
     ] = None,
     model: Annotated[
         str | None,
-        typer.Option("--model", help="MJCF to show as the true structure beside the identified."),
+        typer.Option("--model", help="MJCF to lay beside and to update to the identified modes."),
     ] = None,
+    tolerance: Annotated[
+        float,
+        typer.Option("--tolerance", min=0, help="Prior of the model's masses and stiffnesses."),
+    ] = 0.01,
     pick: Annotated[
         bool,
         typer.Option("--pick", help="Choose poles in a window with the stabilisation diagram."),
@@ -144,7 +149,8 @@ def identify_recordings(
     print_identification(terminal, result, truth, errors)
     files = write_identification(folder(target), result, truth, made=origin, unseen=errors)
     terminal.print(f"written: {', '.join(str(path) for path in files)}")
-    write_json(as_json(result) | {"unseen_nrmse": errors}, json)
+    more = {} if truth is None else write_updated(truth, result, tolerance, target, terminal)
+    write_json(as_json(result) | {"unseen_nrmse": errors} | more, json)
 
 
 def unseen_errors(result: Identification, recordings: list[Recording]) -> dict[str, float]:

@@ -68,6 +68,17 @@ def paired_modes(identified: ModalModel, truth: ModalModel | None) -> tuple[int 
     if truth is None or not len(truth.natural_freq) or not count:
         return tuple(pairs)
     distance = np.abs(np.log(identified.natural_freq[:, None] / truth.natural_freq[None, :]))
+    unlike = np.zeros(distance.shape)
+    mine, theirs = same_rows(identified, truth)
+    if len(mine) > 1:
+        # Of modes close by, the shape says which is which.
+        unlike = 1 - mac(identified.mode_shape[mine], truth.mode_shape[theirs])
+    far = distance / np.log1p(SAME_MODE)
+    for i, j in zip(*linear_sum_assignment(np.minimum(far, 10) + unlike), strict=True):
+        if distance[i, j] < np.log1p(SAME_MODE):
+            pairs[i] = int(j)
+    return tuple(pairs)
+    distance = np.abs(np.log(identified.natural_freq[:, None] / truth.natural_freq[None, :]))
     for mine, theirs in zip(*linear_sum_assignment(distance), strict=True):
         if distance[mine, theirs] < np.log1p(SAME_MODE):
             pairs[mine] = int(theirs)
@@ -158,13 +169,19 @@ def _at(values: Array | None, index: int, scale: float = 1.0) -> float | None:
 
 
 def same_rows(a: ModalModel, b: ModalModel) -> tuple[Array, Array]:
-    """Return the rows of two models' shapes that are at the same places, (common,) each."""
-    theirs = {place_of(name): row for row, name in enumerate(b.outputs)}
-    common = [
-        (row, theirs[place_of(name)])
-        for row, name in enumerate(a.outputs)
-        if place_of(name) in theirs
-    ]
+    """Return the rows of two models' shapes that belong together, (common,) each.
+
+    Sensors of one name do; where there is none, what stands at the same places.
+    """
+    common = [(row, b.outputs.index(name)) for row, name in enumerate(a.outputs)
+              if name in b.outputs]  # fmt: skip
+    if not common:
+        theirs = {place_of(name): row for row, name in enumerate(b.outputs)}
+        common = [
+            (row, theirs[place_of(name)])
+            for row, name in enumerate(a.outputs)
+            if place_of(name) in theirs
+        ]
     mine, other = (np.array([pair[k] for pair in common], int) for k in (0, 1))
     return mine, other
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from rich.console import Console
 
+from twin.identification.at_sensors import modes_at_sensors
 from twin.identification.doubts import warnings_and_notes
 from twin.identification.from_responses import ResponseIdentification
 from twin.identification.result import Identification
@@ -40,7 +41,7 @@ def print_identification(
         console.print(channel_table(recording))
     warnings, notes = warnings_and_notes(result.notes)
     _print_warnings(console, warnings)
-    rows = modal_rows(result, truth.modes() if truth else None)
+    rows = modal_rows(result, modes_at_sensors(truth, result.outputs) if truth else None)
     console.print(parameter_table(rows, "Modes"))
     matrices = matrix_rows(
         result.second_order, truth.second_order() if truth else None, result.second_order_std

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from twin.files import write_whole
+from twin.identification.at_sensors import modes_at_sensors
 from twin.identification.result import Identification
 from twin.laboratory import Performance
 from twin.model import Motion, Twin
@@ -152,7 +153,7 @@ def _log_modes(stream: rr.RecordingStream, result: Identification, truth: Twin |
 
 def summary(result: Identification, truth: Twin | None) -> str:
     """Return identified against true parameters and the notes, as Markdown."""
-    modal = modal_rows(result, truth.modes() if truth else None)
+    modal = modal_rows(result, modes_at_sensors(truth, result.outputs) if truth else None)
     matrices = matrix_rows(
         result.second_order, truth.second_order() if truth else None, result.second_order_std
     )

@@ -7,6 +7,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
+from twin.identification.at_sensors import modes_at_sensors
 from twin.identification.result import Identification
 from twin.modal import mac
 from twin.model import Twin
@@ -74,7 +75,7 @@ def _rows(result: Identification, truth: Twin | None) -> tuple[Row, ...]:
     if truth is None:
         return ()
     matrices = matrix_rows(result.second_order, truth.second_order(), result.second_order_std)
-    return (*modal_rows(result, truth.modes()), *matrices)
+    return (*modal_rows(result, modes_at_sensors(truth, result.outputs)), *matrices)
 
 
 def _log_responses(stream: rr.RecordingStream, result: Identification) -> None:

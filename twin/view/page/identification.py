@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from twin.identification.at_sensors import modes_at_sensors
 from twin.identification.doubts import WARNING, warnings_and_notes
 from twin.identification.pole_diagram import PoleDiagram
 from twin.identification.result import Identification
@@ -83,7 +84,7 @@ def page(
     result: Identification, truth: Twin | None, made: Provenance, unseen: Mapping[str, float]
 ) -> Page:
     """Return the report: modes, how well they predict, responses, shapes, matrices."""
-    true_modes = truth.modes() if truth else None
+    true_modes = modes_at_sensors(truth, result.outputs) if truth else None
     rows = modal_rows(result, true_modes)
     matrices = matrix_rows(
         result.second_order, truth.second_order() if truth else None, result.second_order_std
@@ -98,7 +99,7 @@ def page(
         Section("Frequency responses", _responses(result, made)),
         Section("Against the truth", _errors((*rows, *matrices))),
         Section("Mode shapes", plots.shapes(result.modal)),
-        Section("Masses, stiffnesses, dampings", _matrices(result, truth)),
+        Section("Masses, stiffnesses, dampings", _matrices(result, true_modes)),
         Section("All entries", [Table(*table_columns(matrices))] if matrices else [], folded=True),
         Section("Order", [plots.singular_values(result)] if len(result.singular_values) else [],
                 folded=True),
@@ -153,8 +154,8 @@ def _errors(rows: tuple[Row, ...]) -> list[Block]:
     return [plots.parameter_errors(known)] if known else []
 
 
-def _matrices(result: Identification, truth: Twin | None) -> list[Block]:
-    out: list[Block] = list(plots.matrices(result, truth.modes() if truth else None))
+def _matrices(result: Identification, true_modes: ModalModel | None) -> list[Block]:
+    out: list[Block] = list(plots.matrices(result, true_modes))
     if result.alpha is not None and result.beta is not None:
         text = f"Proportional damping: α = {result.alpha:.4g} 1/s, β = {result.beta:.4g} s."
         out.append(Text(text))
