@@ -45,6 +45,16 @@ def test_every_block_of_a_page_runs(page, tmp_path, monkeypatch):
             assert stop.value.code in (0, None), line
 
 
+def test_the_readmes_python_runs(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    blocks = BLOCK.findall((ROOT / "README.md").read_text(encoding="utf-8"))
+    python = [text for kind, text in blocks if kind == "python"]
+    assert len([line for line in python[0].splitlines() if line.strip()]) == 5
+    for text in python:
+        executed(text, {"__name__": "readme"})
+    assert (tmp_path / "report.html").stat().st_size
+
+
 @pytest.mark.parametrize("name", NOTEBOOKS)
 def test_every_notebook_runs(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

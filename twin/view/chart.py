@@ -19,6 +19,9 @@ WIDE, TALL = 160.0, 90.0
 TICK, HAIR, STROKE = 1.2, 0.12, 0.28
 MOST_TICKS = 6
 
+ABOVE = 40.0
+"""Draw order above that of points, which is 30."""
+
 CELL = 40
 """Edge of a matrix's cell in the viewer's units."""
 
@@ -92,9 +95,15 @@ class Chart:
         )  # fmt: skip
         self.stream.log(f"{self.root}/labels", labels, static=True)
 
-    def line(self, name: str, x: Array, y: Array, colour: str, width: float = STROKE) -> None:
-        """Log a curve."""
-        strip = rr.LineStrips2D([self.place(x, y)], colors=[rgb(colour)], radii=[width])
+    def line(
+        self, name: str, x: Array, y: Array, colour: str, width: float = STROKE,
+        above: bool = False,
+    ) -> None:  # fmt: skip
+        """Log a curve; ``above`` the points of the chart, or below them."""
+        strip = rr.LineStrips2D(
+            [self.place(x, y)], colors=[rgb(colour)], radii=[width],
+            draw_order=ABOVE if above else None,
+        )  # fmt: skip
         self.stream.log(f"{self.root}/{name}", strip, static=True)
 
     def points(self, name: str, x: Array, y: Array, colour: str, size: float = 0.5) -> None:

@@ -152,14 +152,14 @@ def _log_force(stream: rr.RecordingStream, picture: ForcePicture) -> None:
     if picture.law is not None and picture.law_rate is None:
         grid = scale * picture.law_drift
         inside = np.abs(grid) <= wide
-        chart.line("3_law", grid[inside], picture.law[inside], LOCATED, 0.45)
+        chart.line("3_law", grid[inside], picture.law[inside], LOCATED, 0.45, above=True)
         if picture.law_std is not None:
             for sign in (-1.96, 1.96):
                 edge = picture.law + sign * picture.law_std
                 chart.line(f"2_band/{sign:+g}", grid[inside], edge[inside], LOCATED, 0.15)
     elif picture.cycle is not None:
         drift, force = picture.cycle.T
-        chart.line("3_cycle", scale * drift, force, LOCATED, 0.4)
+        chart.line("3_cycle", scale * drift, force, LOCATED, 0.4, above=True)
 
 
 def _blueprint(

@@ -260,8 +260,10 @@ def markdown(diagnosis: Diagnosis) -> str:
         ("Also possible", diagnosis.alternatives),
     ):
         if found:
-            rows = [tuple(c.replace("\n", "; ") for c in row) for row in finding_rows(found)]
-            parts += [f"## {title}", _table(FINDING_HEADERS, rows)]
+            # the values last: a viewer cuts a long line off at its edge
+            what, where, meant, likely = FINDING_HEADERS
+            rows = [(a, b, p, c.replace("\n", "; ")) for a, b, c, p in finding_rows(found)]
+            parts += [f"## {title}", _table((what, where, likely, meant), rows)]
     parts += ["## Errors", _table(FIT_HEADERS, fit_rows(diagnosis))]
     following = diagnosis.next_experiment
     if following is not None:

@@ -99,7 +99,7 @@ def _log_responses(stream: rr.RecordingStream, result: Identification) -> None:
         for i, name in enumerate(result.outputs):
             seen = found.measured.H[found.shown, i, j]
             size.points(f"1_measured/{name}", at[inside], np.abs(seen)[inside], MEASURED)
-            size.line(f"2_identified/{name}", freq, G[:, i], IDENTIFIED)
+            size.line(f"2_identified/{name}", freq, G[:, i], IDENTIFIED, above=True)
             phase = np.degrees(np.angle(seen))[inside]
             turn.points(f"1_measured/{name}", at[inside], phase, MEASURED, 0.4)
             turn.line(
