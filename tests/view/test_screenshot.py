@@ -10,6 +10,7 @@ import rerun as rr
 
 from twin.errors import TwinError
 from twin.view import screenshot as module
+from twin.view import viewer
 from twin.view.screenshot import complaint, screenshot
 
 GLYPH = """thread 'main' panicked at 'No glyph for "一" (U+4E00) in Proportional. Install a font.'
@@ -49,7 +50,7 @@ def fake(monkeypatch, code):
         started.append(command)
         return real([sys.executable, "-c", code, *command[3:]], **options)
 
-    monkeypatch.setattr(module.subprocess, "Popen", start)
+    monkeypatch.setattr(viewer.subprocess, "Popen", start)
     return started
 
 
@@ -73,7 +74,7 @@ def test_a_viewer_is_ended_with_its_children(monkeypatch):
     )
     fake(monkeypatch, code)
     with open("/dev/null", "w+b") as nowhere, module._viewer(nowhere) as (process, port):
-        module._wait(process, port)
+        viewer.wait(process, port)
     deadline = time.monotonic() + 5
     while time.monotonic() < deadline and listens(port):
         time.sleep(0.05)

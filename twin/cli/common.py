@@ -5,9 +5,10 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterable, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
@@ -18,6 +19,9 @@ from twin.errors import TwinError
 from twin.files import check_folder, folder, write_whole
 from twin.provenance import Provenance, provenance
 
+if TYPE_CHECKING:
+    from twin.view.live import Live
+
 Out = Annotated[
     Path | None, typer.Option("--out", metavar="DIR", help="Folder for the files it writes.")
 ]
@@ -25,6 +29,9 @@ Seed = Annotated[int, typer.Option("--seed", min=0, help="Same seed, same result
 Json = Annotated[
     str | None,
     typer.Option("--json", metavar="FILE", help="Write the result as JSON; - for standard output."),
+]
+Rerun = Annotated[
+    bool, typer.Option("--rerun", help="Show the work in the Rerun viewer while it is done.")
 ]
 
 
@@ -39,6 +46,7 @@ _given: list[str] = []
 __all__ = [
     "Json",
     "Out",
+    "Rerun",
     "Seed",
     "check_folder",
     "check_json_target",
@@ -47,6 +55,7 @@ __all__ = [
     "keep_input",
     "made",
     "remember",
+    "watched",
     "write_json",
     "write_whole",
 ]
@@ -92,6 +101,15 @@ class Terminal(Console):
 def console(json_target: str | None) -> Console:
     """Return the console for people: standard error when standard output carries JSON."""
     return Terminal(stderr=json_target == "-", highlight=False, soft_wrap=False)
+
+
+def watched(wanted: bool) -> AbstractContextManager[Live | None]:
+    """Return a viewer to show the work in, for --rerun, and nothing without."""
+    if not wanted:
+        return nullcontext()
+    from twin.view.live import live
+
+    return live()
 
 
 def check_json_target(target: str | None) -> None:

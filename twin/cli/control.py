@@ -13,11 +13,13 @@ from rich.progress import Progress, TaskID
 from twin.cli.common import (
     Json,
     Out,
+    Rerun,
     Seed,
     check_folder,
     check_json_target,
     console,
     made,
+    watched,
     write_json,
 )
 from twin.errors import TwinError
@@ -114,6 +116,7 @@ def control_absorber(
     out: Out = None,
     seed: Seed = 0,
     json: Json = None,
+    rerun: Rerun = False,
 ) -> None:
     """Identify the frame, design the LQG absorber on it and close the loop in MuJoCo.
 
@@ -144,34 +147,48 @@ def control_absorber(
     chosen.design(true, delay)
     excitation = excitation_of(plant, earthquake, peak, printed)
     screen = console(json)
-    with Progress(console=Console(stderr=True), transient=True, disable=json == "-") as bar:
-        identification = identification_of(recordings, plant, noise, seed, bar)
-        believed = identified_model(identification, pendulum, plant.known_input)
-        results, outcomes, controllers = [], [], []
-        for label, design in (("identified", believed), ("true", true)):
-            controller = chosen.design(design, delay)
-            task = bar.add_task(f"loop, {label} model", total=1.0)
-            outcome = _run(plant, controller, excitation, seed, bar, task)
-            results.append(judged(outcome, controller, design, delay))
-            outcomes.append(outcome)
-            controllers.append(controller)
-    result = {
-        **results[0],
-        "with_true_model": results[1],
-        **about(plant, pendulum, identification, outcomes[0]),
-        "settings": chosen.as_json(),
-    }
-    show(screen, result)
-    if out is not None:
-        written = [*export(controllers[0], out), write_run(outcomes[0], out / "run.csv")]
-        origin = made([model, *(recordings or []), *filter(None, [settings, earthquake])], seed)
-        written += write_control(out, outcomes[0], plant, controllers[0], believed, result, origin)
-        write_json(result, str(out / "control.json"))
-        screen.print(
-            f"{len(written) + 1} files in {out}: controller.c, .mat, .csv, run.csv, control.html, "
-            f"figures; look at it: twin view {written[-1]}"
-        )
-    write_json(result, json)
+    with watched(rerun) as viewer:
+        tell = viewer.tell if viewer is not None else _silent
+        with Progress(console=Console(stderr=True), transient=True, disable=json == "-") as bar:
+            tell("identifying")
+            identification = identification_of(recordings, plant, noise, seed, bar)
+            believed = identified_model(identification, pendulum, plant.known_input)
+            results, outcomes, controllers = [], [], []
+            for label, design in (("identified", believed), ("true", true)):
+                tell(f"closing the loop with a controller of the {label} model")
+                controller = chosen.design(design, delay)
+                task = bar.add_task(f"loop, {label} model", total=1.0)
+                outcome = _run(plant, controller, excitation, seed, bar, task)
+                results.append(judged(outcome, controller, design, delay))
+                outcomes.append(outcome)
+                controllers.append(controller)
+        if viewer is not None:
+            from twin.view.control_rrd import blueprint, log_control
+
+            viewer.stream.send_blueprint(blueprint(outcomes[0]))
+            log_control(viewer.stream, outcomes[0], plant, controllers[0], believed)
+        result = {
+            **results[0],
+            "with_true_model": results[1],
+            **about(plant, pendulum, identification, outcomes[0]),
+            "settings": chosen.as_json(),
+        }
+        show(screen, result)
+        if out is not None:
+            written = [*export(controllers[0], out), write_run(outcomes[0], out / "run.csv")]
+            origin = made([model, *(recordings or []), *filter(None, [settings, earthquake])], seed)
+            shown = outcomes[0], plant, controllers[0], believed, result, origin
+            written += write_control(out, *shown)
+            write_json(result, str(out / "control.json"))
+            screen.print(
+                f"{len(written) + 1} files in {out}: controller.c, .mat, .csv, run.csv, "
+                f"control.html, figures; look at it: twin view {written[-1]}"
+            )
+        write_json(result, json)
+
+
+def _silent(message: str) -> None:
+    del message
 
 
 def read_settings(path: Path | None) -> Settings:

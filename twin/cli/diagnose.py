@@ -12,12 +12,14 @@ import typer
 from twin.cli.common import (
     Json,
     Out,
+    Rerun,
     Seed,
     check_folder,
     check_json_target,
     console,
     folder,
     made,
+    watched,
     write_json,
 )
 from twin.errors import TwinError
@@ -25,6 +27,7 @@ from twin.errors import TwinError
 if TYPE_CHECKING:
     from twin.diagnosis.result import Diagnosis
     from twin.provenance import Provenance
+    from twin.recording import Recording
 
 DEFAULT_FOLDER = Path("twin-diagnosis")
 TWIN_FILE = "explained_twin.xml"
@@ -87,6 +90,7 @@ def diagnose(
             "nothing is lost by it.",
         ),
     ] = "auto",
+    rerun: Rerun = False,
 ) -> None:  # fmt: skip
     """Say where recordings and twin differ, what physics was left out, and model it.
 
@@ -97,28 +101,38 @@ def diagnose(
     check_json_target(json)
     terminal = console(json)
     target = check_folder(out or DEFAULT_FOLDER)
+    masses = masses_of(added_mass or [], [*train, *test])
     from rich.status import Status
 
-    with Status("reading", console=terminal) as status:
-        result = run(
-            model, train, test, seed, status.update,
-            _share(tolerance), _share(damping_tolerance),
-            masses_of(added_mass or [], [*train, *test]),
-            unknown_parameters, engine,
-        )  # fmt: skip
-        path = result.explained.export(target / TWIN_FILE)
-        from twin.diagnosis.result import as_json
-
-        document = as_json(result, str(path))
-        write_json(document, str(target / "diagnosis.json"))
-        status.update("drawing")
-        files = _show(result, target, made([model, *train, *test], seed))
+    from twin.diagnosis.result import as_json
     from twin.view.diagnosis_tables import print_diagnosis
 
-    print_diagnosis(terminal, result)
-    written = [path, target / "diagnosis.json", *files]
-    terminal.print(f"written: {', '.join(str(p) for p in written)}")
-    write_json(document, json)
+    with watched(rerun) as viewer:
+        with Status("reading", console=terminal) as status:
+
+            def tell(message: str) -> None:
+                status.update(message)
+                if viewer is not None:
+                    viewer.tell(message)
+
+            result = run(
+                model, train, test, seed, tell, _share(tolerance), _share(damping_tolerance),
+                masses, unknown_parameters, engine,
+                (lambda recording: None) if viewer is None else viewer.show,
+            )  # fmt: skip
+            path = result.explained.export(target / TWIN_FILE)
+            document = as_json(result, str(path))
+            write_json(document, str(target / "diagnosis.json"))
+            tell("drawing")
+            files = _show(result, target, made([model, *train, *test], seed))
+            if viewer is not None:
+                from twin.view.diagnosis_rrd import log_diagnosis
+
+                log_diagnosis(viewer.stream, result, viewer.stream.send_blueprint)
+        print_diagnosis(terminal, result)
+        written = [path, target / "diagnosis.json", *files]
+        terminal.print(f"written: {', '.join(str(p) for p in written)}")
+        write_json(document, json)
 
 
 def _show(result: Diagnosis, target: Path, origin: Provenance) -> list[Path]:
@@ -142,17 +156,22 @@ def run(
     added_mass: Mapping[str, Mapping[str, float]] | None = None,
     unknown: bool = False,
     engine: str = "auto",
+    seen: Callable[[Recording], None] = lambda recording: None,
 ) -> Diagnosis:
-    """Read model and recordings and diagnose."""
+    """Read model and recordings and diagnose; ``seen`` is told of each recording first."""
     from twin.engine.choice import Engine
     from twin.engine.choice import diagnose as whole
     from twin.formats import read_recording
     from twin.model import Twin
 
+    twin = Twin.load(model)
+    known, unseen = ([read_recording(path) for path in paths] for paths in (train, test))
+    for recording in (*known, *unseen):
+        seen(recording)
     return whole(
-        Twin.load(model),
-        [read_recording(p) for p in train],
-        [read_recording(p) for p in test],
+        twin,
+        known,
+        unseen,
         tolerance=tolerance,
         damping_tolerance=damping_tolerance,
         added_mass=added_mass,

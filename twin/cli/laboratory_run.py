@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from twin.cli.common import check_folder, console, folder, write_json
+from twin.cli.common import check_folder, console, folder, watched, write_json
 from twin.errors import TwinError
 from twin.formats import write_recording
 from twin.instruments import INSTRUMENT_OF, Instrument
@@ -20,6 +20,9 @@ from twin.laboratory import Experiment, run
 from twin.mechanisms.mass import Mass
 from twin.model import Twin
 from twin.recording import Recording
+
+if TYPE_CHECKING:
+    from twin.view.live import Live
 
 DEFAULT_FOLDER = Path("twin-out")
 
@@ -95,11 +98,21 @@ class LaboratoryRun:
             return test.excitation.kind
         return f"{test.excitation.kind}_{'+'.join(test.places)}"
 
-    def carry_out(self, out: Path | None, json_target: str | None) -> None:
-        """Run, write the recordings as CSV, print a table and, where asked for, JSON."""
+    def carry_out(self, out: Path | None, json_target: str | None, rerun: bool = False) -> None:
+        """Run, write the recordings as CSV, print a table and, where asked for, JSON.
+
+        Args:
+            out: folder of the recordings.
+            json_target: file of the JSON, "-" for standard output.
+            rerun: whether a viewer shows each recording when it is made.
+        """
         target = folder(check_folder(out or DEFAULT_FOLDER))
+        with watched(rerun) as viewer:
+            self._write(target, json_target, viewer)
+
+    def _write(self, target: Path, json_target: str | None, viewer: Live | None) -> None:
         screen = console(json_target)
-        recordings = self._recordings()
+        recordings = self._recordings(viewer)
         paths = []
         for number, recording in enumerate(recordings, start=1):
             name = self.stem if self.repeat == 1 else f"{self.stem}_{number:02d}"
@@ -108,7 +121,7 @@ class LaboratoryRun:
             self._show(screen, recording, path)
         write_json(self._result(recordings, paths), json_target)
 
-    def _recordings(self) -> list[Recording]:
+    def _recordings(self, viewer: Live | None) -> list[Recording]:
         shown = Console(stderr=True)
         with Progress(console=shown, transient=True, disable=not shown.is_terminal) as progress:
             task = progress.add_task(self.stem, total=self.repeat)
@@ -119,6 +132,8 @@ class LaboratoryRun:
                     progress.update(task, completed=done + share)
 
                 recordings.append(run(self.experiment, self.twin, self.seed, number, report))
+                if viewer is not None:
+                    viewer.show(recordings[-1])
         return recordings
 
     def _show(self, screen: Console, recording: Recording, path: Path) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from twin.cli.common import Json, Out, Seed
+from twin.cli.common import Json, Out, Rerun, Seed
 from twin.cli.laboratory_options import (
     HAMMER_HELP,
     SHAKER_HELP,
@@ -80,6 +80,7 @@ def hammer(
     out: Out = None,
     seed: Seed = 0,
     json: Json = None,
+    rerun: Rerun = False,
 ) -> None:
     """Hit a floor."""
     from twin.cli.laboratory_run import LaboratoryRun, instruments, loaded
@@ -96,7 +97,7 @@ def hammer(
     )
     rig = loaded(Twin.load(structure or model), added_mass)
     experiment = _recording(experiment, rig, channels, sensor)
-    LaboratoryRun(experiment, rig, seed, repeat).carry_out(out, json)
+    LaboratoryRun(experiment, rig, seed, repeat).carry_out(out, json, rerun)
 
 
 def shaker(
@@ -169,6 +170,7 @@ def shaker(
     out: Out = None,
     seed: Seed = 0,
     json: Json = None,
+    rerun: Rerun = False,
 ) -> None:
     """Shake the ground or a floor."""
     from twin.cli.laboratory_run import LaboratoryRun, instruments, loaded
@@ -198,7 +200,7 @@ def shaker(
         ground=axes,
     )
     experiment = _recording(experiment, rig, channels, sensor)
-    LaboratoryRun(experiment, rig, seed, repeat).carry_out(out, json)
+    LaboratoryRun(experiment, rig, seed, repeat).carry_out(out, json, rerun)
 
 
 def _places(at: list[str] | None, ground: list[str] | None, rig: Twin) -> tuple[str, ...]:

@@ -66,7 +66,20 @@ def _write(
     recording_id: str,
 ) -> None:
     stream = rr.RecordingStream(APPLICATION, recording_id=recording_id, send_properties=False)
-    stream.save(str(path), default_blueprint=_blueprint(outcome))
+    stream.save(str(path), default_blueprint=blueprint(outcome))
+    log_control(stream, outcome, plant, controller, believed)
+    stream.flush()
+    stream.disconnect()
+
+
+def log_control(
+    stream: rr.RecordingStream,
+    outcome: Outcome,
+    plant: Plant,
+    controller: Controller,
+    believed: DesignModel,
+) -> None:
+    """Log a run of the closed loop to a file's or a viewer's stream; arguments as above."""
     motion = Motion(outcome.rate_hz, {}, outcome.qpos, plant.compile())
     log_motion(stream, "plant/frame", motion)
     _log_believed_frame(stream, outcome)
@@ -78,8 +91,6 @@ def _write(
         rr.TextDocument(_summary(outcome, plant, believed), media_type="text/markdown"),
         static=True,
     )
-    stream.flush()
-    stream.disconnect()
 
 
 def _log_signals(stream: rr.RecordingStream, outcome: Outcome) -> None:
@@ -178,7 +189,8 @@ def _matrix_rows(believed: DesignModel, true: DesignModel) -> Sequence[Row]:
     return rows
 
 
-def _blueprint(outcome: Outcome) -> rrb.Blueprint:
+def blueprint(outcome: Outcome) -> rrb.Blueprint:
+    """Return the arrangement of the views of a run."""
     levels = len(outcome.floors)
     dark = [18, 20, 24]
 

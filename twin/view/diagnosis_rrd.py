@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import mujoco
@@ -53,12 +53,27 @@ def write_diagnosis_rrd(diagnosis: Diagnosis, path: Path, recording_id: str = "d
 
 
 def _write(path: Path, diagnosis: Diagnosis, recording_id: str) -> None:
+    stream = rr.RecordingStream(APPLICATION, recording_id=recording_id, send_properties=False)
+    log_diagnosis(stream, diagnosis, lambda blueprint: stream.save(str(path), blueprint))
+    stream.flush()
+    stream.disconnect()
+
+
+def log_diagnosis(
+    stream: rr.RecordingStream, diagnosis: Diagnosis, arrange: Callable[[rrb.Blueprint], None]
+) -> None:
+    """Log a diagnosis, the motion of the twins included.
+
+    Args:
+        stream: to a file or a viewer.
+        diagnosis: what was found.
+        arrange: called with the arrangement of the views before anything is logged.
+    """
     traces = sorted(diagnosis.traces, key=lambda t: t.role != "test")
     trace = traces[0]
     motion, before = _motion(diagnosis.explained, trace), _motion(diagnosis.calibrated, trace)
     by = factor(motion) if motion is not None else 1.0
-    stream = rr.RecordingStream(APPLICATION, recording_id=recording_id, send_properties=False)
-    stream.save(str(path), default_blueprint=_blueprint(diagnosis, traces, motion, by))
+    arrange(_blueprint(diagnosis, traces, motion, by))
     if before is not None and diagnosis.findings:
         log_motion(stream, "frame/calibrated", magnified(before, by), alpha=GHOST)
     if motion is not None:
@@ -73,8 +88,6 @@ def _write(path: Path, diagnosis: Diagnosis, recording_id: str) -> None:
         _log_force(stream, picture)
     text = rr.TextDocument(markdown(diagnosis), media_type="text/markdown")
     stream.log("verdict", text, static=True)
-    stream.flush()
-    stream.disconnect()
 
 
 def _motion(twin: Twin, trace: Trace) -> Motion | None:

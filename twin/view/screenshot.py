@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import re
-import signal
-import socket
 import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Iterator
@@ -17,16 +13,10 @@ from typing import IO, Any
 
 from twin.errors import TwinError
 from twin.files import write_whole
+from twin.view.viewer import LOCAL, ended, free_port, started, wait
 
 ATTEMPTS = 30
 PAUSE_S = 0.4
-
-LOCAL = "127.0.0.1"
-START_S = 20.0
-"""How long the viewer may take to listen [s]."""
-
-STOP_S = 5.0
-"""How long it may take to end [s]."""
 
 DRIVER = "it needs a Vulkan driver, such as Debian's mesa-vulkan-drivers"
 
@@ -47,7 +37,7 @@ def screenshot(recording: Path, picture: Path, at_s: float | None = None) -> Pat
     last = b""
     with tempfile.TemporaryFile() as said, _viewer(said) as (process, port):
         try:
-            _wait(process, port)
+            wait(process, port)
             client = ViewerClient.connect(f"rerun+http://{LOCAL}:{port}/proxy")
             client.open(str(recording.resolve()))
             if at_s is not None:
@@ -79,47 +69,9 @@ def complaint(said: str, error: str) -> str:
 @contextmanager
 def _viewer(said: IO[bytes]) -> Iterator[tuple[subprocess.Popen[Any], int]]:
     """Run a viewer without a window on a free port of this computer only."""
-    with socket.socket() as free:
-        free.bind((LOCAL, 0))
-        port = free.getsockname()[1]
-    command = [
-        sys.executable, "-m", "rerun", "--headless", "--hide-welcome-screen",
-        "--bind", LOCAL, "--port", str(port),
-    ]  # fmt: skip
-    # a session of its own: the viewer is a child of what is started, and both have to end
-    process = subprocess.Popen(
-        command, stdin=subprocess.DEVNULL, stdout=said, stderr=said, start_new_session=True
-    )
+    port = free_port()
+    process = started(["--headless", "--hide-welcome-screen"], port, said)
     try:
         yield process, port
     finally:
-        _end(process)
-
-
-def _end(process: subprocess.Popen[Any]) -> None:
-    if not hasattr(os, "killpg"):
-        process.terminate()
-        return
-    for how in (signal.SIGTERM, signal.SIGKILL):
-        try:
-            os.killpg(process.pid, how)
-            process.wait(STOP_S)
-        except ProcessLookupError:
-            process.poll()
-            return
-        except subprocess.TimeoutExpired:
-            continue
-
-
-def _wait(process: subprocess.Popen[Any], port: int) -> None:
-    """Wait until the viewer listens. Raises RuntimeError when it ends instead."""
-    end = time.monotonic() + START_S
-    while time.monotonic() < end:
-        if process.poll() is not None:
-            raise RuntimeError(f"it ended with code {process.returncode}")
-        try:
-            socket.create_connection((LOCAL, port), 0.2).close()
-            return
-        except OSError:
-            time.sleep(0.1)
-    raise RuntimeError(f"it did not listen within {START_S:g} s")
+        ended(process)
