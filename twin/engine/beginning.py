@@ -40,7 +40,10 @@ def moved_to(grown: Hypothesis, before: Hypothesis, z: Array, start: Mechanism) 
     """
     known = {u.name: float(x) for u, x in zip(before.unknowns, z, strict=True)}
     out = np.zeros(len(grown.unknowns))
-    titles = {f"{start.name} {start.place} {name}": value for name, value in start.values.items()}
+    values = dict(start.values)
+    for name, (whole, _, _) in start.shares.items():
+        values[name] /= values[whole]
+    titles = {f"{start.name} {start.place} {name}": value for name, value in values.items()}
     for i, unknown in enumerate(grown.unknowns):
         if unknown.name in titles:
             value = titles[unknown.name]

@@ -30,7 +30,8 @@ class Candidate:
 
     Attributes:
         starts: the mechanism with each of its first guesses.
-        priors: parameter -> (mean, deviation), of the logarithm where its scale is "log".
+        priors: parameter -> (mean, deviation), of the logarithm where its scale is "log", of the
+            share where it is known as one.
     """
 
     starts: tuple[Mechanism, ...]
@@ -48,6 +49,9 @@ def priors_of(starts: Sequence[Mechanism]) -> dict[str, tuple[float, float]]:
     own = first.priors()
     out = {}
     for name, parameter in first.parameters.items():
+        if name in first.shares:
+            out[name] = first.shares[name][1:]
+            continue
         values = np.array([s.values[name] for s in starts], float)
         if parameter.scale == "log":
             logs = np.log(np.maximum(np.abs(values), 1e-300))
@@ -112,6 +116,7 @@ def surroundings(
     if place in model.places("base"):
         axis = place.rpartition(".")[2] if "." in place else next(iter(model.base))
         row = model.base[axis].row / max(model.base[axis].mass, 1e-300)
+    reading = reading[np.isfinite(reading)]
     drift = np.concatenate([m.q @ row for m in moved])
     rate = np.concatenate([m.v @ row for m in moved])
     seen = float(row @ np.linalg.pinv(model.K) @ row)

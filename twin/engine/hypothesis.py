@@ -68,7 +68,7 @@ class Hypothesis:
         problem: the estimation problem.
         mechanisms: with the values about which their priors lie.
         priors: of each mechanism's parameters: name -> (mean, deviation), of the logarithm where
-            its scale is "log".
+            its scale is "log", of the share where it is known as one.
         scales: of force, displacement and rate at each law's port, by place.
     """
 
@@ -159,6 +159,8 @@ class Hypothesis:
             for name in mechanism.parameters:
                 values[name] = self.unknowns[index].value(float(z[index]))
                 index += 1
+            for name, (whole, _, _) in mechanism.shares.items():
+                values[name] *= values[whole]
             out.append(mechanism.with_values(values))
         return tuple(out)
 

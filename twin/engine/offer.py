@@ -1,4 +1,7 @@
-"""Every mechanism of the vocabulary at every place where the structure can have it."""
+"""Every mechanism of the vocabulary at every place where the structure can have it.
+
+Faults that are read off the samples (``read_off``) are not among them: nothing of them is fitted.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,7 @@ from twin.engine.candidates import Candidate, priors_of, surroundings
 from twin.engine.problem import Motion, Problem
 from twin.estimation.likelihood import Run
 from twin.mechanisms import places, vocabulary
-from twin.mechanisms.mechanism import Mechanism
+from twin.mechanisms.mechanism import ChannelFault, Mechanism
 
 Array = NDArray[np.float64]
 
@@ -36,7 +39,11 @@ def offer(
     channels = {name: kinds.get(name, "other") for name in problem.model.inputs} | {
         name: kinds[name] for name in problem.model.outputs
     }
-    by_class = {cls: places(cls, problem.model, channels) for cls in vocabulary().values()}
+    by_class = {
+        cls: places(cls, problem.model, channels)
+        for cls in vocabulary().values()
+        if not issubclass(cls, ChannelFault) or cls.fitted
+    }
 
     def candidates(moved: Sequence[Motion], runs: Sequence[Run]) -> list[Candidate]:
         peaks = peaks_of(runs, problem.sampling_hz)

@@ -112,8 +112,8 @@ def diagnose(
     found = search(problem, offer(problem, ready.kinds), clock, start)
     clock("judging the explanations")
     beside = stages(found.best.hypothesis, found.best.fit.z)
-    judged = judge(found, beside)
-    calibrated = _calibrated(found, judged)
+    judged = judge(found, beside, ready.faults)
+    calibrated = _calibrated(found)
     detection = detect(found.nothing)
     clock("predicting the recordings")
     compared = compare(ready, found.nothing, calibrated, found.best, seed)
@@ -167,9 +167,9 @@ def _between(problem: Problem) -> tuple[Problem, Array]:
     return best[1], best[2]
 
 
-def _calibrated(found: Found, judged: Judgement) -> Explanation:
+def _calibrated(found: Found) -> Explanation:
     """Return the best twin without new physics: its own parameters, freed from tolerances."""
-    if all(f.mechanism.verdict == "parameter" for f in judged.findings):
+    if all(m.verdict == "parameter" for m in found.best.hypothesis.mechanisms):
         return found.best
     own = found.nothing.hypothesis.problem
     free = Hypothesis(

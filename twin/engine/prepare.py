@@ -13,6 +13,7 @@ from twin.contract import names_in
 from twin.engine.hypothesis import Hypothesis
 from twin.engine.nominal import checked, with_known
 from twin.engine.problem import Measured, Problem
+from twin.engine.read_off import ReadOff, read_off
 from twin.errors import RecordingError, available
 from twin.estimation.likelihood import evaluate
 from twin.mechanisms.scales import range_ends
@@ -54,6 +55,7 @@ class Prepared:
         twin: the model, its ground released where a force drives it.
         train, test: recordings to explain, and those on which the result is shown.
         kinds: channel -> quantity.
+        faults: of instruments, as the training recordings' samples show them.
         notes: what the reader should know.
     """
 
@@ -61,6 +63,7 @@ class Prepared:
     train: Problem
     test: Problem
     kinds: Mapping[str, str]
+    faults: tuple[ReadOff, ...]
     notes: tuple[str, ...]
 
 
@@ -107,6 +110,9 @@ def prepare(
         _measured(r, model, kinds, slowest, (added_mass or {}).get(r.source, {}), notes)
         for r in everything
     ]
+    read = [read_off(m, model.outputs, kinds, rate) for m in measured]
+    measured = [m for m, _ in read]
+    notes += [_hidden(f) for _, found in read for f in found if f.hidden]
     problems = [
         _scaled(Problem(model, tuple(part), rate, tolerance, damping_tolerance, "band_limited",
                         np.zeros((len(part), len(model.coordinates)))))
@@ -118,7 +124,13 @@ def prepare(
         problems[1], known=train_problem.known, known_scales=train_problem.known_scales
     )
     notes += [*known, *checked(twin, train_problem)]
-    return Prepared(twin, train_problem, test_problem, kinds, tuple(notes))
+    faults = tuple(f for _, found in read[: len(train)] for f in found)
+    return Prepared(twin, train_problem, test_problem, kinds, faults, tuple(notes))
+
+
+def _hidden(found: ReadOff) -> str:
+    where = found.fault
+    return f"{found.recording}: {where.name} hides {found.hidden} samples of {where.place}"
 
 
 def _has(recording: Recording, name: str) -> bool:

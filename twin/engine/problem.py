@@ -129,7 +129,7 @@ class Problem:
         split, out = len(self.model.inputs), []
         for recording in self.recordings:
             hidden = np.isnan(recording.y)
-            table = np.hstack([recording.u, _filled(recording.y)])
+            table = np.hstack([recording.u, filled(recording.y)])
             columns = dict(zip(names, table.T, strict=True))
             for fault in faults:
                 change = fault.distort if fault.of_motor else fault.undo
@@ -285,7 +285,7 @@ def with_recordings(problem: Problem, recordings: Sequence[Measured], scale: Arr
     return replace(problem, recordings=tuple(recordings), scale=scale)
 
 
-def _filled(y: Array) -> Array:
+def filled(y: Array) -> Array:
     """Return samples with what is left out interpolated, (samples, m)."""
     out = np.array(y)
     for column in out.T:

@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 from twin.engine.beginning import added, beginnings, likeliest, moved_to, widened
 from twin.engine.candidates import Candidate, motions, scales_of
 from twin.engine.hypothesis import Hypothesis
+from twin.engine.predict import stages
 from twin.engine.problem import Motion, Problem
 from twin.engine.screening import screen
+from twin.engine.sizes import negligible
 from twin.engine.valleys import Score
 from twin.estimation.fit import Fit, fit
 from twin.estimation.likelihood import Run, evaluate
@@ -122,10 +124,17 @@ def search(
             break
         best = fits[0]
         best = _without_needless(best, cost, tried)
+        if _ends_in_trifles(best):
+            break
         moved = motions(problem, best.hypothesis, best.fit.z)
     others = sorted((e for e in tried.values() if e.labels != best.labels),
                     key=lambda e: -e.log_odds)  # fmt: skip
     return Found(nothing, best, tuple(others), tuple(screened), moved)
+
+
+def _ends_in_trifles(best: Explanation) -> bool:
+    """Return whether the last mechanism found is smaller than what is left: so is what follows."""
+    return negligible(best.hypothesis, best.fit, stages(best.hypothesis, best.fit.z))[-1]
 
 
 def _fitted(

@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 
 from twin.diagnosis.result import Finding, Verdict
 from twin.engine.predict import Stage
+from twin.engine.read_off import ReadOff
 from twin.engine.search import Explanation, Found
+from twin.engine.sizes import forces, negligible
 from twin.mechanisms import vocabulary
-from twin.mechanisms.mechanism import Disturbance, Law, Mechanism, StructuralChange
+from twin.mechanisms.mechanism import Disturbance, Law, Mechanism
 
 Array = NDArray[np.float64]
 Label = tuple[str, str]
@@ -49,15 +51,17 @@ def none_of_these() -> float:
     return 1 / (len(vocabulary()) + 2)
 
 
-def judge(found: Found, beside: Sequence[Stage]) -> Judgement:
+def judge(found: Found, beside: Sequence[Stage], faults: Sequence[ReadOff] = ()) -> Judgement:
     """Judge the explanations of a search.
 
     Args:
         found: what it found.
         beside: the best explanation beside the training recordings.
+        faults: of instruments, read off the samples.
     """
     best = found.best
-    sizes, left = _sizes(best, beside)
+    sizes = forces(best.hypothesis, best.fit.z, beside)
+    small = negligible(best.hypothesis, best.fit, beside)
     everything = (found.nothing, best, *found.others)
     judged = []
     for index, mechanism in enumerate(best.hypothesis.at(best.fit.z)):
@@ -65,14 +69,14 @@ def judge(found: Found, beside: Sequence[Stage]) -> Judgement:
         finding = _finding(best, index, mechanism, 0.0, 0.0)
         own = _unexplained(best, mechanism, sizes[index])
         finding = replace(finding, explained=None if own is None else 1 - own, unexplained=own)
-        judged.append((loss, sizes[index], finding, rivals))
+        judged.append((loss, small[index], finding, rivals))
     judged.sort(key=lambda entry: -entry[0])
-    findings, negligible, alternatives = [], [], []
-    for _, size, finding, rivals in judged:
+    findings, trifles, alternatives = [], [], []
+    for _, trifling, finding, rivals in judged:
         chances = _chances([0.0, *(delta for _, delta in rivals)])
         here = replace(finding, probability=chances[0])
-        if size is not None and size < left:
-            negligible.append(here)
+        if trifling:
+            trifles.append(here)
             continue
         findings.append(here)
         for (rival, delta), chance in zip(rivals, chances[1:], strict=True):
@@ -80,15 +84,31 @@ def judge(found: Found, beside: Sequence[Stage]) -> Judgement:
             if other is not None:
                 mechanism = rival.hypothesis.at(rival.fit.z)[other]
                 alternatives.append(_finding(rival, other, mechanism, chance, delta))
+    findings += _read_off(faults, best)
     alternatives.sort(key=lambda f: (-f.probability, -f.delta_log_evidence))
     notes = tuple(
         f"{f.mechanism.name} at {f.location} is negligible: smaller than what is left unexplained"
-        for f in negligible
+        for f in trifles
     )
     return Judgement(
-        _verdict(findings), tuple(findings), tuple(alternatives), tuple(negligible),
+        _verdict(findings), tuple(findings), tuple(alternatives), tuple(trifles),
         notes + _felt_alike(findings, alternatives),
     )  # fmt: skip
+
+
+def _read_off(faults: Sequence[ReadOff], best: Explanation) -> list[Finding]:
+    """Return what the samples show by themselves, one finding a channel and fault.
+
+    Where a law jumps, what looks like it is the law's.
+    """
+    worst: dict[Label, ReadOff] = {}
+    for found in faults:
+        key = (found.fault.name, found.fault.place)
+        if found.fault.like_jumps and best.hypothesis.blurred:
+            continue
+        if key not in worst or found.share > worst[key].share:
+            worst[key] = found
+    return [Finding(f.fault, {}, _chances([0.0])[0]) for f in worst.values()]
 
 
 def _verdict(findings: Sequence[Finding]) -> Verdict:
@@ -148,37 +168,9 @@ def _finding(
     titles = [f"{mechanism.name} {mechanism.place} {name}" for name in names]
     known = explanation.fit.deviations
     std = {name: known[title] for name, title in zip(names, titles, strict=True)}
+    for name, (whole, _, _) in mechanism.shares.items():
+        std[name] *= mechanism.values[whole]
     return Finding(mechanism, std, chance, -2 * delta, delta)
-
-
-def _sizes(best: Explanation, beside: Sequence[Stage]) -> tuple[list[float | None], float]:
-    """Return the RMS modal force of every mechanism, and the largest that is left to a discrepancy.
-
-    None where a mechanism acts by no force on the structure's own coordinates.
-    """
-    model = best.hypothesis.problem.model
-    n = len(model.coordinates)
-    forces = np.vstack([s.followed.f for s in beside])
-    q = np.vstack([s.followed.x[:, :n] for s in beside])
-    out: list[float | None] = []
-    law = 0
-    for mechanism in best.hypothesis.at(best.fit.z):
-        size = None
-        if isinstance(mechanism, Law):
-            row = model.port(mechanism.place)
-            size = float(np.linalg.norm(row) * np.sqrt(np.mean(forces[:, law] ** 2)))
-            law += 1
-        elif isinstance(mechanism, StructuralChange):
-            edited = mechanism.edit(model)
-            if len(edited.coordinates) == n:
-                size = float(np.sqrt(np.mean(np.sum((q @ (edited.K - model.K)) ** 2, axis=1))))
-                size = size or None
-        out.append(size)
-    levels = [
-        best.fit.values[f"discrepancy {port}"] * float(np.linalg.norm(model.port(port)))
-        for port in best.hypothesis.ports
-    ]
-    return out, max(levels, default=0.0)
 
 
 def _unexplained(best: Explanation, mechanism: Mechanism, size: float | None) -> float | None:

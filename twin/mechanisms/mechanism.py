@@ -75,6 +75,8 @@ class Mechanism(ABC):
     """How many Gauss-Newton steps each is followed for: more along curved ridges."""
     prior: ClassVar[Mapping[str, tuple[float, float]]] = {}
     """What is known of a parameter beforehand: mean and standard deviation."""
+    shares: ClassVar[Mapping[str, tuple[str, float, float]]] = {}
+    """Parameters known as a share of another one: that one, and the share's mean and deviation."""
     port_unit: ClassVar[str] = "m"
     """The unit of the port's motion that the parameters' units are written for."""
     fields_of: ClassVar[Mapping[str, str]] = {}
@@ -213,8 +215,12 @@ class ChannelFault(Mechanism):
             was commanded, and recorded, into what the motor delivers, and nothing is undone.
         in_samples: True where an estimator changes the samples themselves, by ``undo`` (a motor's
             by ``distort``): a shift in time has no small state space.
+        fitted: False where it is read off the samples and nothing of it is estimated.
+        like_jumps: True where it cannot be told from a law that jumps by the samples alone.
     """
 
+    fitted: ClassVar[bool] = True
+    like_jumps: ClassVar[bool] = False
     in_samples: ClassVar[bool] = False
     of_kinds: ClassVar[frozenset[str]] = OUTPUTS
     of_motor: ClassVar[bool] = False

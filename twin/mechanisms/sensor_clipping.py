@@ -12,9 +12,17 @@ from numpy.typing import NDArray
 from twin.mechanisms.mechanism import Array, ChannelFault, Surroundings
 from twin.mechanisms.scales import peak, range_ends
 from twin.parameter import Parameter
+from twin.recording_checks import clipped_samples
+from twin.signals.channel_faults import quantisation
+from twin.signals.noise_floor import noise_floor
 
 READ_OFF = 0.005
 """Standard deviation of the logarithm of a level at which readings pile up."""
+
+
+NOISE = 6.0
+"""Standard deviations of the noise within which a reading is at the end of the range: one in 10^9
+is farther."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +41,7 @@ class SensorClipping(ChannelFault):
     parameters: ClassVar = {"level": Parameter("the channel's", "end of its range", "log")}
     reference: ClassVar[str] = "Tobin 1958"
     mjcf: ClassVar[str] = "a channel's fault is not part of the model"
+    fitted: ClassVar[bool] = False
 
     level: float = np.inf
     expected: float = np.nan
@@ -65,12 +74,24 @@ class SensorClipping(ChannelFault):
 
     def spoiled(self, reading: Array) -> NDArray[np.bool_]:
         """Return the samples at the end of the range."""
-        return np.asarray(np.abs(reading) >= self.level * (1 - 2 * READ_OFF))
+        near = max(2 * READ_OFF * self.level, NOISE * noise_floor(reading))
+        return np.asarray(np.abs(reading) >= self.level - near)
 
     @classmethod
     def found(cls, place: str, reading: Array, rate_hz: float) -> Self | None:
-        """Return the range that ends where readings pile up, None where they do not."""
-        return cls.piled(place, reading)
+        """Return the range that ends where readings pile up, None where they do not.
+
+        Nothing but noise lies beyond the end of a range; what piles up and goes beyond is a motion.
+        """
+        piled = cls.piled(place, reading)
+        if piled is not None:
+            beyond = np.max(np.abs(reading)) - piled.level
+            if beyond <= max(2 * READ_OFF * piled.level, NOISE * noise_floor(reading)):
+                return piled
+        if quantisation(reading) is None and clipped_samples(reading):
+            level = float(np.max(np.abs(reading)))
+            return cls(place, level, level)
+        return None
 
     @classmethod
     def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:

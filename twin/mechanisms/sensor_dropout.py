@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.mechanisms.mechanism import Array, ChannelFault, Surroundings
-from twin.signals.channel_faults import dropouts
+from twin.signals.channel_faults import dead_tail, dropouts
 
 
 @dataclass(frozen=True)
@@ -32,6 +32,7 @@ class SensorDropout(ChannelFault):
     parameters: ClassVar = {}
     reference: ClassVar[str] = "Jones 1980, Maximum likelihood fitting with missing observations"
     mjcf: ClassVar[str] = "a channel's fault is not part of the model"
+    fitted: ClassVar[bool] = False
 
     begin: float = 0.0
     length: float = 0.0
@@ -51,12 +52,12 @@ class SensorDropout(ChannelFault):
         return self._change(columns, standing)
 
     def spoiled(self, reading: Array) -> NDArray[np.bool_]:
-        """Return the samples that stand still."""
-        fault = dropouts(reading)
-        if fault is None:
-            return np.zeros(len(reading), bool)
-        hidden = fault.hides(len(reading))
-        hidden[[first for first, _ in fault.samples]] = False  # the reading that is repeated
+        """Return the samples that stand still, to the end of the recording or for a while."""
+        hidden = np.zeros(len(reading), bool)
+        for fault in (dropouts(reading), dead_tail(reading)):
+            if fault is not None:
+                hidden |= fault.hides(len(reading))
+                hidden[[first for first, _ in fault.samples]] = False  # the one that is repeated
         return hidden
 
     @classmethod

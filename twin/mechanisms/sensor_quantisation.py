@@ -30,6 +30,7 @@ class SensorQuantisation(ChannelFault):
     parameters: ClassVar = {}
     reference: ClassVar[str] = "Widrow and Kollar 2008, Quantization Noise"
     mjcf: ClassVar[str] = "a channel's fault is not part of the model"
+    fitted: ClassVar[bool] = False
 
     step: float = 0.0
 

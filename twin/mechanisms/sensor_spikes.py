@@ -37,6 +37,8 @@ class SensorSpikes(ChannelFault):
     parameters: ClassVar = {}
     reference: ClassVar[str] = "Fox 1972, Outliers in time series"
     mjcf: ClassVar[str] = "a channel's fault is not part of the model"
+    fitted: ClassVar[bool] = False
+    like_jumps: ClassVar[bool] = True
 
     height: float = 0.0
     often: float = 0.0

@@ -1,0 +1,103 @@
+"""Faults of instruments that are read off the samples: what they hide is left out, not explained.
+
+A dropout, spikes, the end of a range and a converter's steps need no model to be seen, and no model
+of the structure should be asked to follow them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.engine.problem import Measured, filled
+from twin.mechanisms import vocabulary
+from twin.mechanisms.mechanism import ChannelFault
+from twin.signals.noise_floor import noise_floor
+
+Array = NDArray[np.float64]
+
+MOST = 0.5
+"""Share of a channel's samples that a fault may hide; a channel of which most is lost is refused
+elsewhere, or what is taken for a fault is its motion."""
+
+
+@dataclass(frozen=True)
+class ReadOff:
+    """A fault that one channel of one recording shows.
+
+    Attributes:
+        recording: its name.
+        fault: with what was read off.
+        hidden: how many samples it hides.
+        share: of the channel's samples that it hides, or of the noise's power that it is.
+    """
+
+    recording: str
+    fault: ChannelFault
+    hidden: int
+    share: float
+
+
+def faults_in(
+    name: str, place: str, kind: str, reading: Array, rate_hz: float
+) -> tuple[tuple[ReadOff, ...], NDArray[np.bool_]]:
+    """Return the faults that a channel's samples show, and which samples they hide, (samples,).
+
+    Args:
+        name: of the recording.
+        place: the channel.
+        kind: its quantity.
+        reading: its samples, (samples,).
+        rate_hz: samples per second.
+    """
+    hidden, found = np.zeros(len(reading), bool), []
+    for cls in _read_off():
+        if kind not in cls.of_kinds:
+            continue
+        fault = cls.found(place, reading, rate_hz)
+        if fault is None:
+            continue
+        lost = fault.spoiled(reading)
+        if np.mean(lost | hidden) > MOST:
+            continue
+        hidden |= lost
+        floor = max(noise_floor(reading), 1e-300)
+        share = float(np.mean(lost)) if np.any(lost) else min(fault.noise() ** 2 / floor**2, 1.0)
+        found.append(ReadOff(name, fault, int(np.count_nonzero(lost)), share))
+    return tuple(found), hidden
+
+
+def _read_off() -> list[type[ChannelFault]]:
+    """Return the faults that are read off: they have nothing to fit, or state a limit."""
+    faults = [c for c in vocabulary().values() if issubclass(c, ChannelFault) and not c.of_motor]
+    return [c for c in faults if c.on == "channel" and not c.fitted]
+
+
+def read_off(
+    measured: Measured, outputs: Sequence[str], kinds: Mapping[str, str], rate_hz: float
+) -> tuple[Measured, tuple[ReadOff, ...]]:
+    """Return a recording without what the faults of its outputs hide, and the faults.
+
+    Args:
+        measured: the recording.
+        outputs: names of its outputs.
+        kinds: channel -> quantity.
+        rate_hz: samples per second.
+    """
+    y = np.array(measured.y)
+    noise = np.array(measured.output_noise)
+    faults: list[ReadOff] = []
+    for column, name in enumerate(outputs):
+        found, hidden = faults_in(measured.name, name, kinds[name], y[:, column], rate_hz)
+        if not found:
+            continue
+        faults += found
+        y[hidden, column] = np.nan
+        floor = noise_floor(filled(y[:, [column]])[:, 0])
+        noise[column] = np.hypot(floor, max(f.fault.noise() for f in found))
+    if not faults:
+        return measured, ()
+    return replace(measured, y=y, output_noise=noise), tuple(faults)

@@ -1,0 +1,125 @@
+"""How large the effect of each mechanism is, beside what no law explains.
+
+The size of what acts on the structure is the RMS of its modal force |p f|, that of an instrument's
+fault the RMS of what it changes in its channel. No law is exact: beside one, what is smaller than
+the discrepancy, or than the share of the laws' own forces that a discrepancy is expected to have,
+is nobody's finding, however much evidence many samples make of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.engine.hypothesis import DISCREPANCY_SHARE, Hypothesis
+from twin.engine.plant import axis_of
+from twin.engine.predict import Stage
+from twin.estimation.fit import Fit
+from twin.mechanisms.mechanism import ChannelFault, Disturbance, Law, StructuralChange
+from twin.model.linear import LinearModel
+
+Array = NDArray[np.float64]
+
+
+def forces(hypothesis: Hypothesis, z: Array, beside: Sequence[Stage]) -> list[float | None]:
+    """Return the RMS modal force of every mechanism; None for what changes an output only.
+
+    Args:
+        hypothesis: the twin with its mechanisms.
+        z: values of its unknowns, (p,).
+        beside: the same beside its recordings.
+    """
+    problem = hypothesis.problem
+    model = problem.base(z[: len(problem.base_unknowns)])
+    mechanisms = hypothesis.at(z)
+    sizes: dict[int, float | None] = {}
+    edits = [(i, m) for i, m in enumerate(mechanisms) if isinstance(m, StructuralChange)]
+    models = [model]
+    for _, change in sorted(edits, key=lambda pair: pair[1].stage):
+        models.append(change.edit(models[-1]))
+    count = len(models[-1].coordinates)
+    for at, (index, _) in enumerate(sorted(edits, key=lambda pair: pair[1].stage)):
+        sizes[index] = _rms([_change(models[at], models[at + 1], count, s) for s in beside])
+    law = 0
+    for index, mechanism in enumerate(mechanisms):
+        if isinstance(mechanism, Law):
+            weight = float(np.linalg.norm(model.port(mechanism.place)))
+            sizes[index] = weight * _rms([s.followed.f[:, law] for s in beside])
+            law += 1
+        elif isinstance(mechanism, Disturbance):
+            place = mechanism.place
+            based = place in model.places("base")
+            row = model.base[axis_of(model, place)].row if based else model.port(place)
+            sizes[index] = float(np.linalg.norm(row)) * mechanism.oscillator()[2]
+        elif isinstance(mechanism, ChannelFault) and set(mechanism.channels) <= set(model.inputs):
+            own = [model.inputs.index(name) for name in mechanism.channels]
+            moved = [_altered(mechanism, s, model.inputs, s.trial.u)[:, own] @ model.B[:, own].T
+                     for s in beside]  # fmt: skip
+            sizes[index] = _rms([np.linalg.norm(m, axis=1) for m in moved])
+    return [sizes.get(index) for index in range(len(mechanisms))]
+
+
+def negligible(hypothesis: Hypothesis, fit: Fit, beside: Sequence[Stage]) -> list[bool]:
+    """Return of every mechanism whether it is smaller than what is left beside the laws found."""
+    model, problem = hypothesis.problem.model, hypothesis.problem
+    mechanisms = hypothesis.at(fit.z)
+    sizes = forces(hypothesis, fit.z, beside)
+    laws = [s for s, m in zip(sizes, mechanisms, strict=True) if isinstance(m, Law) and s]
+    levels = [
+        fit.values[f"discrepancy {port}"] * float(np.linalg.norm(model.port(port)))
+        for port in hypothesis.ports
+    ]
+    left = max([*levels, DISCREPANCY_SHARE * float(np.linalg.norm(laws))], default=0.0)
+    out = []
+    for mechanism, size in zip(mechanisms, sizes, strict=True):
+        if size is not None:
+            out.append(0.0 < size < left)
+        elif isinstance(mechanism, ChannelFault):
+            smeared = [n for n in mechanism.channels if n in hypothesis.smeared]
+            seen = [max(fit.values[f"discrepancy {n}"], DISCREPANCY_SHARE * problem.readings[n])
+                    for n in smeared]  # fmt: skip
+            changes = [_reading(mechanism, s, n, model.outputs) for n in smeared for s in beside]
+            out.append(bool(smeared) and max(changes) < max(seen))
+        else:
+            out.append(False)
+    return out
+
+
+def _change(before: LinearModel, after: LinearModel, count: int, stage: Stage) -> Array:
+    """Return the magnitude of the modal force that an edit adds, (samples,).
+
+    Args:
+        before: the model without it.
+        after: with it; its further coordinates come behind.
+        count: coordinates of all edits together.
+        stage: the motion.
+    """
+    old, new = len(before.coordinates), len(after.coordinates)
+    q, v = stage.followed.x[:, :new], stage.followed.x[:, count : count + new]
+    a = np.gradient(v, stage.trial.step_s, axis=0)
+    force = np.zeros((len(q), old))
+    for own, other, motion in (
+        (before.M, after.M, a), (before.R, after.R, v), (before.K, after.K, q)
+    ):  # fmt: skip
+        matrix = np.array(other[:old])
+        matrix[:, :old] -= own
+        force += motion @ matrix.T
+    return np.asarray(np.linalg.norm(force, axis=1))
+
+
+def _altered(fault: ChannelFault, stage: Stage, names: Sequence[str], values: Array) -> Array:
+    """Return what a fault changes in channels, (samples, channels)."""
+    columns = dict(zip(names, values.T, strict=True))
+    changed = fault.distort(columns, 1 / stage.trial.step_s)
+    return np.column_stack([changed[n] - columns[n] for n in names])
+
+
+def _reading(fault: ChannelFault, stage: Stage, name: str, names: Sequence[str]) -> float:
+    predicted = np.nan_to_num(stage.trial.y) - stage.followed.e
+    return _rms([_altered(fault, stage, names, predicted)[:, list(names).index(name)]])
+
+
+def _rms(pieces: Sequence[Array]) -> float:
+    return float(np.sqrt(np.mean(np.concatenate(pieces) ** 2)))
