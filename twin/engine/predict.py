@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from twin.engine.hypothesis import Hypothesis
 from twin.engine.problem import Problem
 from twin.estimation.kalman import Gains, gains
-from twin.estimation.likelihood import Run, gaussian, open_loop, run
+from twin.estimation.likelihood import Around, Run, around_at, gaussian, open_loop, run
 from twin.estimation.model import Assembly, Trial
 from twin.estimation.system import Noise, Sampled, sampled
 from twin.mechanisms.mechanism import ChannelFault, Mechanism
@@ -57,7 +57,7 @@ class Stage:
         plant: the sampled system.
         noise: levels of this recording.
         gain: of the predictor.
-        blur: variances of the outputs because a law jumps, (samples, m), or None.
+        around: what the laws do on the average of the motion.
     """
 
     mechanisms: tuple[Mechanism, ...]
@@ -67,24 +67,27 @@ class Stage:
     plant: Sampled
     noise: Noise
     gain: Gains
-    blur: Array | None
+    around: Around
 
     @cached_property
     def followed(self) -> Run:
         """The predictor's pass from the prior's mean."""
-        return run(self.here, self.trial, self.plant, self.gain, blur=self.blur)
+        return run(self.here, self.trial, self.plant, self.gain, around=self.around)
 
     @cached_property
     def start(self) -> Array:
         """The estimated state before the first sample, (n,)."""
         first, root = self._first, _root(self.noise.start)
-        blur = None if self.blur is None else self.blur[: len(first.y)]
-        gain = gains(self.plant, replace(self.noise, start=0 * self.noise.start))
+        blur = self.around.blur
+        around = Around(self.around.bend, None if blur is None else blur[: len(first.y)])
+        known = replace(self.noise, start=0 * self.noise.start)
+        gain = gains(self.plant, known, bend=around.bend)
 
         def cost(s: Array) -> tuple[float, Array, Array]:
             """Return minus twice the log posterior, its gradient and its information, halved."""
             with np.errstate(all="ignore"):
-                passed = run(self.here, first, self.plant, gain, x0=root @ s, dx0=root, blur=blur)
+                passed = run(self.here, first, self.plant, gain, x0=root @ s, dx0=root,
+                             around=around)  # fmt: skip
             part = gaussian(passed, first)
             J, white = part.whitened(passed.de), part.white.ravel()
             if not np.all(np.isfinite(J)):
@@ -173,11 +176,9 @@ def stages(hypothesis: Hypothesis, z: Array) -> list[Stage]:
     for t, trial in enumerate(here.trials):
         plant, noise = plants[here.which[t]], here.noises[t]
         everything = (*hypothesis.at(z), *hypothesis.problem.known)
-        gain = gains(plant, noise)
-        blur = None
-        if hypothesis.blurred:
-            blur = hypothesis.blur(run(here, trial, plant, gain).f, plant.system)
-        out.append(Stage(everything, names, here, trial, plant, noise, gain, blur))
+        around = around_at(hypothesis, here, plants, t)
+        gain = gains(plant, noise, bend=around.bend)
+        out.append(Stage(everything, names, here, trial, plant, noise, gain, around))
     return out
 
 

@@ -42,20 +42,41 @@ class Gains:
     predicted: Array
 
 
-def gains(sampled: Sampled, noise: Noise, first: int | None = None) -> Gains:
+@dataclass(frozen=True)
+class Bend:
+    """What laws make of a linear system on the average of a motion (statistical linearisation).
+
+    Attributes:
+        whole: added to what a sample does to the state, (n, n).
+        C: added to the outputs, (m, n).
+
+    Source: Roberts and Spanos 1990, Random Vibration and Statistical Linearization.
+    """
+
+    whole: Array
+    C: Array
+
+
+def gains(
+    sampled: Sampled, noise: Noise, first: int | None = None, bend: Bend | None = None
+) -> Gains:
     """Return the gains (Kalman 1960; held disturbances correlate state and output noise).
 
     Args:
         sampled: the system.
         noise: levels, and the covariance of the state before the first sample.
         first: samples before the stationary gain takes over; as many as it needs without.
+        bend: what laws add to the linear system, if there are laws.
 
     Raises:
         ValueError: the Riccati equation has no stationary solution.
     """
-    P, W, V, Q, R = _stationary_of(sampled, noise)
+    A, C = sampled.whole, sampled.system.C
+    if bend is not None:
+        A, C = A + bend.whole, C + bend.C
+    P, W, V, Q, R = _stationary_of(sampled, noise, A, C)
     state, held, innovation = _sequence(
-        np.ascontiguousarray(sampled.whole), sampled.system.C, W, V, Q, R, noise.start, P,
+        np.ascontiguousarray(A), C, W, V, Q, R, noise.start, P,
         -1 if first is None else first,
     )  # fmt: skip
     return Gains(state, noise.held[:, None] * held, innovation, P)
@@ -67,20 +88,22 @@ def stationary_gains(sampled: Sampled, noise: Noise) -> Gains:
     Raises:
         ValueError: the Riccati equation has no stationary solution.
     """
-    P, _, V, _, R = _stationary_of(sampled, noise)
+    P, _, V, _, R = _stationary_of(sampled, noise, sampled.whole, sampled.system.C)
     C = np.ascontiguousarray(sampled.system.C)
     state, held, innovation = _update(C, V, R, P)
     return Gains(state[None], noise.held[:, None] * held[None], innovation[None], P)
 
 
-def _stationary_of(sampled: Sampled, noise: Noise) -> tuple[Array, Array, Array, Array, Array]:
+def _stationary_of(
+    sampled: Sampled, noise: Noise, A: Array, C: Array
+) -> tuple[Array, Array, Array, Array, Array]:
     """Return the stationary covariance, W and V of unit disturbances, Q and R."""
     system = sampled.system
     W = np.ascontiguousarray(sampled.entry * noise.held)
     V = np.ascontiguousarray(system.V * noise.held)
     R = np.diag(noise.output**2)
     Q = W @ W.T + sampled.Q
-    P = stationary(sampled.whole, system.C, Q, R + V @ V.T, W @ V.T)
+    P = stationary(A, C, Q, R + V @ V.T, W @ V.T)
     if not np.all(np.isfinite(P)):
         raise ValueError("the Riccati equation has no stationary solution")
     return P, W, V, Q, R

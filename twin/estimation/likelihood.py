@@ -15,7 +15,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.estimation.density import Part, density
-from twin.estimation.kalman import Gains, gains
+from twin.estimation.kalman import Bend, Gains, gains
 from twin.estimation.laws import addresses
 from twin.estimation.model import Assembly, Model, Trial
 from twin.estimation.sensitivities import (
@@ -38,13 +38,26 @@ from twin.estimation.sensitivities import (
     step_matrix,
 )
 from twin.estimation.stepping import predict
-from twin.estimation.system import Sampled
+from twin.estimation.system import Sampled, transition
 
 Array = NDArray[np.float64]
 
 SHARP = 1e-3
 """Share of an output's innovation variance below which another variance changes nothing: 0.05 % of
 its weight."""
+
+
+@dataclass(frozen=True)
+class Around:
+    """What laws do on the average of one recording's motion; of a linear model nothing.
+
+    Attributes:
+        bend: what they add to the linear system, for the gains.
+        blur: variances of the outputs beside their noise's, (samples, m).
+    """
+
+    bend: Bend | None = None
+    blur: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -59,7 +72,7 @@ class Run:
         f: forces of the laws at the samples, (samples, l).
         gains: of the predictor.
         sampled: the sampled system.
-        blur: variances of the outputs beside their noise's, (samples, m), or None.
+        around: what the laws do on the average of the motion.
     """
 
     e: Array
@@ -69,7 +82,7 @@ class Run:
     f: Array
     gains: Gains
     sampled: Sampled
-    blur: Array | None = None
+    around: Around
 
 
 @dataclass(frozen=True)
@@ -111,7 +124,7 @@ def run(
     z0: Array | None = None,
     begin_s: float = 0.0,
     dx0: Array | None = None,
-    blur: Array | None = None,
+    around: Around | None = None,
 ) -> Run:
     """Step the predictor over one recording.
 
@@ -125,9 +138,10 @@ def run(
         z0: memories of the laws before it, (l,), or zero.
         begin_s: time of the first sample [s].
         dx0: derivatives of the first state, (n, p).
-        blur: variances of the outputs beside their noise's, (samples, m), or None.
+        around: what the laws do on the average of the motion; they blur nothing without.
     """
     laws, numbers, system = len(assembly.laws), numbers_of(assembly), plant.system
+    around = around or Around()
     n, (samples, m) = len(plant.A), trial.y.shape
     d = slopes or no_slopes(plant, gain, numbers, 0 if dx0 is None else dx0.shape[1])
     p = len(d.order)
@@ -137,14 +151,14 @@ def run(
     predict(
         addresses(assembly.laws), step_matrix(plant), read_matrix(plant),
         np.vstack([system.drift, system.rate]), numbers,
-        gain_matrices(gain), _trust(gain, blur), c(trial.u), c(trial.between), c(trial.y),
+        gain_matrices(gain), _trust(gain, around.blur), c(trial.u), c(trial.between), c(trial.y),
         np.zeros(n) if x0 is None else c(x0, dtype=float),
         np.zeros(laws) if z0 is None else c(z0, dtype=float),
         begin_s, plant.steps, trial.step_s, (~assembly.held).astype(float), c(assembly.scales),
         d.step, d.read, d.gain, d.numbers,
         np.zeros((n, p)) if dx0 is None else c(dx0[:, d.order]), d.order, e, de, x, z, f,
     )  # fmt: skip
-    return Run(e, de, x, z, f, gain, plant, blur)
+    return Run(e, de, x, z, f, gain, plant, around)
 
 
 def _trust(gain: Gains, blur: Array | None) -> Array:
@@ -161,6 +175,36 @@ def _trust(gain: Gains, blur: Array | None) -> Array:
     return trust
 
 
+def around_at(model: Model, here: Assembly, plants: Sequence[Sampled], index: int) -> Around:
+    """Return what the laws do on the average of a recording, by a pass that knows nothing of it."""
+    if not here.laws:
+        return Around()
+    plant, trial = plants[here.which[index]], here.trials[index]
+    passed = run(here, trial, plant, gains(plant, here.noises[index]))
+    return around_of(model, here, plant, passed)
+
+
+def around_of(model: Model, here: Assembly, plant: Sampled, passed: Run) -> Around:
+    """Return what the laws do on the average of a motion.
+
+    Their forces are replaced by k d + c v with the least mean square error.
+    """
+    system = plant.system
+    blur = model.blur(passed.f, system) if model.blurred else None
+    rows = []
+    for j, row in enumerate(system.drift):
+        motion = np.column_stack([passed.x @ row, passed.x @ system.rate[j]])
+        size = np.maximum(np.sqrt(np.mean(motion**2, axis=0)), 1e-300)
+        k, c = np.linalg.lstsq(motion / size, passed.f[:, j], rcond=None)[0] / size
+        rows.append(k * row + c * system.rate[j])
+    tangent = np.array(rows)
+    bent = replace(system, A=system.A + system.E @ tangent)
+    whole = transition(bent.A, np.zeros((len(bent.A), 0)), plant.steps * plant.step_s, 0)[0]
+    bend = Bend(whole - plant.whole, system.F @ tangent)
+    finite = np.all(np.isfinite(bend.whole)) and np.all(np.isfinite(bend.C))
+    return Around(bend if finite else None, blur)
+
+
 def open_loop(gain: Gains) -> Gains:
     """Return gains that listen to nothing: the predictor is then a simulation."""
     return Gains(0 * gain.state[-1:], 0 * gain.held[-1:], gain.innovation, gain.predicted)
@@ -170,7 +214,7 @@ def evaluate(
     model: Model,
     z: Array,
     derivatives: bool = True,
-    blurs: Sequence[Array | None] | None = None,
+    around: Sequence[Around] | None = None,
 ) -> Value:
     """Return the log likelihood at values z, (p,), and its derivatives unless they are not asked.
 
@@ -178,29 +222,27 @@ def evaluate(
         model: with its unknowns and recordings.
         z: their values in prior deviations, (p,).
         derivatives: whether gradient and information are asked for.
-        blurs: of each recording where they are known already, from a pass nearby.
+        around: what the laws do on the average of each recording, where it is known already.
 
     Raises:
         ValueError: no stationary filter, or a model that cannot be.
     """
     here = model.assemble(z)
     plants = plants_of(here, model)
-    slopes = slopes_of(model, z, here, plants) if derivatives else None
+    if around is None:
+        around = each(lambda i: around_at(model, here, plants, i), len(here.trials))
+    bends = [a.bend for a in around]
+    slopes = slopes_of(model, z, here, plants, bends) if derivatives else None
     p = len(model.unknowns)
     log_likelihood, gradient, information = 0.0, np.zeros(p), np.zeros((p, p))
 
     def one(index: int) -> Run:
-        plant = plants[here.which[index]]
-        gain = gains(plant, here.noises[index])
+        plant, trial, own = plants[here.which[index]], here.trials[index], around[index]
+        gain = gains(plant, here.noises[index], bend=own.bend)
         slope = slopes[index] if slopes else None
-        trial = here.trials[index]
-        blur = blurs[index] if blurs is not None else None
-        if blurs is None and model.blurred:
-            forces = run(here, trial, plant, gain).f
-            blur = model.blur(forces, plant.system)
-        result = run(here, trial, plant, gain, slope, blur=blur)
+        result = run(here, trial, plant, gain, slope, around=own)
         for place, assembly in slope.taken_back.items() if slope else ():
-            moved = run(here, assembly.trials[index], plant, gain, blur=blur)
+            moved = run(here, assembly.trials[index], plant, gain, around=own)
             result.de[:, :, place] = (moved.e - result.e) / STEP
         return result
 
@@ -236,4 +278,4 @@ def gaussian(result: Run, trial: Trial) -> Part:
     Raises:
         ValueError: a covariance that is not positive.
     """
-    return density(result.e, trial.y, result.gains.innovation, result.blur)
+    return density(result.e, trial.y, result.gains.innovation, result.around.blur)

@@ -64,6 +64,7 @@ class Sampled:
         entry: W over the whole sample, (n, w).
         Q: covariance that the continuous white noises leave after a sample, (n, n).
         steps: parts of a sample.
+        step_s: length of a part [s].
         system: the continuous system, for its outputs.
     """
 
@@ -76,6 +77,7 @@ class Sampled:
     entry: Array
     Q: Array
     steps: int
+    step_s: float
     system: System
 
 
@@ -119,7 +121,7 @@ def sampled(system: System, step_s: float, steps: int, held: NDArray[np.bool_]) 
         whole, entry = A @ whole, A @ entry + W
     return Sampled(
         A, B0, B1, first[:, r : r + forces], W, whole, entry,
-        _noise_integral(system.A, system.G, step_s), steps, system,
+        _noise_integral(system.A, system.G, step_s), steps, step_s / steps, system,
     )  # fmt: skip
 
 
