@@ -21,6 +21,7 @@ ALL = mechanisms.vocabulary()
 INSTRUMENTS = [
     "sensor_hum",
     "sensor_drift",
+    "sensor_offset",
     "sensor_crosstalk",
     "sensor_resonance",
     "sensor_dropout",

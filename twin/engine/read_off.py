@@ -6,18 +6,24 @@ of the structure should be asked to follow them.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
 
 from twin.engine.problem import Measured, filled
 from twin.mechanisms import vocabulary
 from twin.mechanisms.mechanism import ChannelFault
+from twin.model.linear import LinearModel
 from twin.signals.noise_floor import noise_floor
 
 Array = NDArray[np.float64]
+
+BLOW = 2.0
+"""How much farther a spike goes than what a blow through a stiff structure does to an acceleration,
+whose mass and instruments are known to better than that."""
 
 MOST = 0.5
 """Share of a channel's samples that a fault may hide; a channel of which most is lost is refused
@@ -42,7 +48,7 @@ class ReadOff:
 
 
 def faults_in(
-    name: str, place: str, kind: str, reading: Array, rate_hz: float
+    name: str, place: str, kind: str, reading: Array, rate_hz: float, jumps: Array | None = None
 ) -> tuple[tuple[ReadOff, ...], NDArray[np.bool_]]:
     """Return the faults that a channel's samples show, and which samples they hide, (samples,).
 
@@ -52,6 +58,7 @@ def faults_in(
         kind: its quantity.
         reading: its samples, (samples,).
         rate_hz: samples per second.
+        jumps: by how much the inputs make the channel jump, (samples,).
     """
     hidden, found = np.zeros(len(reading), bool), []
     for cls in _read_off():
@@ -61,6 +68,10 @@ def faults_in(
         if fault is None:
             continue
         lost = fault.spoiled(reading)
+        if fault.like_jumps and jumps is not None:
+            lost &= _jump(reading) > BLOW * jumps
+            if not np.any(lost):
+                continue
         if np.mean(lost | hidden) > MOST:
             continue
         hidden |= lost
@@ -70,6 +81,13 @@ def faults_in(
     return tuple(found), hidden
 
 
+def _jump(x: Array) -> Array:
+    """Return how far each sample is from the middle of its neighbours, (samples,)."""
+    out = np.zeros(len(x))
+    out[1:-1] = np.abs(x[1:-1] - (x[:-2] + x[2:]) / 2)
+    return out
+
+
 def _read_off() -> list[type[ChannelFault]]:
     """Return the faults that are read off: they have nothing to fit, or state a limit."""
     faults = [c for c in vocabulary().values() if issubclass(c, ChannelFault) and not c.of_motor]
@@ -77,21 +95,25 @@ def _read_off() -> list[type[ChannelFault]]:
 
 
 def read_off(
-    measured: Measured, outputs: Sequence[str], kinds: Mapping[str, str], rate_hz: float
+    measured: Measured, model: LinearModel, kinds: Mapping[str, str], rate_hz: float
 ) -> tuple[Measured, tuple[ReadOff, ...]]:
     """Return a recording without what the faults of its outputs hide, and the faults.
 
     Args:
         measured: the recording.
-        outputs: names of its outputs.
+        model: whose outputs they are.
         kinds: channel -> quantity.
         rate_hz: samples per second.
     """
     y = np.array(measured.y)
     noise = np.array(measured.output_noise)
     faults: list[ReadOff] = []
-    for column, name in enumerate(outputs):
-        found, hidden = faults_in(measured.name, name, kinds[name], y[:, column], rate_hz)
+    through = np.abs(model.Cu + model.Ca @ np.linalg.solve(model.M, model.B))
+    pushed = np.column_stack([maximum_filter1d(_jump(u), 3) for u in measured.u.T]) @ through.T
+    for column, name in enumerate(model.outputs):
+        found, hidden = faults_in(
+            measured.name, name, kinds[name], y[:, column], rate_hz, pushed[:, column]
+        )
         if not found:
             continue
         faults += found

@@ -18,6 +18,7 @@ from twin.engine.sizes import negligible
 from twin.engine.valleys import Score
 from twin.estimation.fit import Fit, fit
 from twin.estimation.likelihood import Run, evaluate
+from twin.mechanisms.mechanism import ChannelFault
 
 Array = NDArray[np.float64]
 
@@ -26,6 +27,10 @@ WIDTH = 6
 
 FIRST_STEPS = 4
 """Gauss-Newton steps after which a candidate must be within reach of the best."""
+
+FAMILIES = 2
+"""Faults that are tried in all channels at once in a search step: each is a fit, and a third one
+would be the least promising."""
 
 MOST = 4
 """Mechanisms at most."""
@@ -113,12 +118,20 @@ def search(
             tell(f"search step {step + 1}: fitting {score.candidate.label} "
                  f"({number + 1} of {len(promising)})")  # fmt: skip
             top = max((e.log_odds for e in fits), default=best.log_odds)
-            explained = _fitted(here, best, score, cost, top)
+            explained = _fitted(here, best, [score], cost, top)
             if explained is not None:
                 fits.append(explained)
                 key = tuple(sorted(explained.labels))
                 if key not in tried or tried[key].log_odds < explained.log_odds:
                     tried[key] = explained
+        for family in _families(here, scores, cost):
+            tell(f"search step {step + 1}: fitting {family[0].candidate.label[0]} of "
+                 f"{len(family)} channels")  # fmt: skip
+            top = max((e.log_odds for e in fits), default=best.log_odds)
+            explained = _fitted(here, best, family, cost, top)
+            if explained is not None:
+                fits.append(explained)
+                tried.setdefault(tuple(sorted(explained.labels)), explained)
         fits.sort(key=lambda e: -e.log_odds)
         if not fits or fits[0].log_odds <= best.log_odds:
             break
@@ -137,17 +150,38 @@ def _ends_in_trifles(best: Explanation) -> bool:
     return negligible(best.hypothesis, best.fit, stages(best.hypothesis, best.fit.z))[-1]
 
 
+def _families(here: Hypothesis, scores: Sequence[Score], cost: float) -> list[list[Score]]:
+    """Return faults that several channels have at once, as mains hum or a warm amplifier's drift.
+
+    One by one they may lose to a force, which moves all channels.
+    """
+    kinds = dict[str, list[Score]]()
+    for score in scores:
+        start = score.start
+        linear = isinstance(start, ChannelFault) and start.instrument(1.0) is not None
+        if linear and start.place in here.problem.model.outputs and score.gain > cost:
+            kinds.setdefault(start.name, []).append(score)
+    families = [family for family in kinds.values() if len(family) > 1]
+    return sorted(families, key=lambda family: -sum(s.gain for s in family))[:FAMILIES]
+
+
 def _fitted(
-    here: Hypothesis, before: Explanation, score: Score, cost: float, top: float
+    here: Hypothesis, before: Explanation, scores: Sequence[Score], cost: float, top: float
 ) -> Explanation | None:
-    grown = added(here, score.candidate, score.start)
-    z = moved_to(grown, before.hypothesis, before.fit.z, score.start)
-    shift = np.array([score.shift.get(u.name, 0.0) for u in grown.unknowns])
-    _, z, _ = likeliest(grown, [z, *beginnings(grown, z + shift)])
+    grown, z, shift = here, before.fit.z, dict[str, float]()
+    lower = before.hypothesis
+    for score in scores:
+        more = added(grown, score.candidate, score.start)
+        z = moved_to(more, lower, z, score.start)
+        grown = lower = more
+        shift |= score.shift if len(scores) == 1 else {}
+    moved = z + np.array([shift.get(u.name, 0.0) for u in grown.unknowns])
+    _, z, _ = likeliest(grown, [z, *beginnings(grown, moved)])
+    gain = sum(score.gain for score in scores)
     spent = cost * len(grown.mechanisms)
     try:
         first = fit(grown, z, most=FIRST_STEPS, hopeless=top + spent)
-        if first.code != "converged" and first.log_posterior < top + spent - 0.5 * score.gain - 50:
+        if first.code != "converged" and first.log_posterior < top + spent - 0.5 * gain - 50:
             return Explanation(grown, first, first.log_evidence - spent)
         full = fit(grown, first.z, hopeless=top + spent) if first.code != "converged" else first
     except (ValueError, np.linalg.LinAlgError):

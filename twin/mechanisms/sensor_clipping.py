@@ -8,12 +8,14 @@ from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import norm
 
 from twin.mechanisms.mechanism import Array, ChannelFault, Surroundings
 from twin.mechanisms.scales import peak, range_ends
 from twin.parameter import Parameter
 from twin.recording_checks import clipped_samples
 from twin.signals.channel_faults import quantisation
+from twin.signals.fault import FALSE_ALARM
 from twin.signals.noise_floor import noise_floor
 
 READ_OFF = 0.005
@@ -21,8 +23,11 @@ READ_OFF = 0.005
 
 
 NOISE = 6.0
-"""Standard deviations of the noise within which a reading is at the end of the range: one in 10^9
-is farther."""
+"""Standard deviations of the noise, three to either side, within which a reading is at the end of
+the range: three in a thousand are farther."""
+
+TURNS = 1 / (np.sqrt(2) - 1)
+"""Readings in a band at the summit of a parabola over those in the next band of the same width."""
 
 
 @dataclass(frozen=True)
@@ -77,17 +82,28 @@ class SensorClipping(ChannelFault):
         near = max(2 * READ_OFF * self.level, NOISE * noise_floor(reading))
         return np.asarray(np.abs(reading) >= self.level - near)
 
+    def stands_out(self, reading: Array) -> bool:
+        """Return whether more readings stand within the noise of the end than a motion has there.
+
+        A motion that turns is a parabola in time: of two bands of width w at its summit the outer
+        one holds 1 / (sqrt(2) - 1) times as many readings. And beyond the end nothing but noise is.
+        """
+        size, half = np.abs(reading), NOISE / 2 * noise_floor(reading)
+        outer = int(np.sum(np.abs(size - self.level) < half))
+        inner = int(np.sum(np.abs(size - self.level + 2 * half) < half))
+        beyond = int(np.sum(size > self.level + 2 * half))
+        spread = np.sqrt(outer + TURNS**2 * inner)
+        return beyond == 0 and outer - TURNS * inner > -norm.ppf(FALSE_ALARM) * spread
+
     @classmethod
     def found(cls, place: str, reading: Array, rate_hz: float) -> Self | None:
         """Return the range that ends where readings pile up, None where they do not.
 
-        Nothing but noise lies beyond the end of a range; what piles up and goes beyond is a motion.
+        A motion, too, lingers where it turns, but not at one value.
         """
         piled = cls.piled(place, reading)
-        if piled is not None:
-            beyond = np.max(np.abs(reading)) - piled.level
-            if beyond <= max(2 * READ_OFF * piled.level, NOISE * noise_floor(reading)):
-                return piled
+        if piled is not None and piled.stands_out(reading):
+            return piled
         if quantisation(reading) is None and clipped_samples(reading):
             level = float(np.max(np.abs(reading)))
             return cls(place, level, level)

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.mechanisms.mechanism import Array, ChannelFault, Surroundings
-from twin.signals.channel_faults import spikes
+from twin.mechanisms.scales import rms
+from twin.signals.channel_faults import MATTERS, spikes
 
 PASSES = 5
 """Spikes make the noise look larger and hide each other: those found are taken out, then it is
@@ -63,7 +64,7 @@ class SensorSpikes(ChannelFault):
         x, hidden = np.array(reading, float), np.zeros(len(reading), bool)
         for _ in range(PASSES):
             fault = spikes(x)
-            if fault is None:
+            if fault is None or abs(fault.size) < MATTERS * rms(x):
                 break
             hidden |= fault.hides(len(x))
             at = np.flatnonzero(hidden)
