@@ -217,19 +217,24 @@ def directions_of(
 
 
 def _stronger(first: Mechanism, other: Mechanism) -> float | None:
-    """Return by what factor one mechanism is another one's strength, None where it is no such."""
+    """Return by what factor one mechanism is another one's strength, None where it is no such.
+
+    A strength is a multiple of the first parameter, of its distance from one, or a power of it.
+    """
     if not first.parameters:
         return None
     name = next(iter(first.parameters))
-    step = first.scaled(2.0).values[name] - first.values[name]
-    if not np.isfinite(step) or step == 0.0:
-        return None
-    ratio = 1 + (other.values[name] - first.values[name]) / step
-    if ratio == 0.0:
-        return None
-    same = first.scaled(ratio).values
-    close = (np.isclose(same[n], v, rtol=1e-9, atol=0.0) for n, v in other.values.items())
-    return float(ratio) if all(close) else None
+    a, b, twice = first.values[name], other.values[name], first.scaled(2.0).values[name]
+    ratios = []
+    if np.isfinite(twice) and twice != a:
+        ratios.append(1 + (b - a) / (twice - a))
+    if a > 0 and b > 0 and a != 1:
+        ratios.append(np.log(b) / np.log(a))
+    for ratio in ratios:
+        same = first.scaled(ratio).values
+        if ratio and all(np.isclose(same[n], v, rtol=1e-9) for n, v in other.values.items()):
+            return float(ratio)
+    return None
 
 
 def _freed(test: _ScoreTest, candidate: Candidate, start: Mechanism) -> Score | None:

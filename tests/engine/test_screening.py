@@ -1,0 +1,60 @@
+"""The shortlist: what is screened once, what is raced, and what several channels have at once."""
+
+import numpy as np
+import pytest
+from engine_support import lumped, recorded
+
+from twin.engine.pipeline import diagnose
+from twin.engine.screening import directions_of
+from twin.mechanisms.appendage import Appendage
+from twin.mechanisms.base_compliance import BaseCompliance
+from twin.mechanisms.sensor_gain import SensorGain
+from twin.mechanisms.sensor_highpass import SensorHighpass
+from twin.mechanisms.stiffness import Stiffness
+from twin.recording import Recording
+
+
+def test_guesses_that_differ_in_strength_only_are_one_direction():
+    starts = [Stiffness("storey1", x) for x in (-4.0, -1.0, 1.0, 4.0)]
+    ((first, alike),) = directions_of(starts)
+    assert first == starts[0]
+    assert [ratio for _, ratio in alike] == pytest.approx([1.0, 0.25, -0.25, -1.0])
+    ((_, gains),) = directions_of([SensorGain("acc", 0.9), SensorGain("acc", 1.2)])
+    assert [g.scaled(1).gain for g, _ in gains] == [0.9, 1.2]
+    assert gains[1][1] == pytest.approx(np.log(1.2) / np.log(0.9))
+
+
+def test_guesses_of_another_frequency_are_another_direction():
+    starts = [Appendage("floor1", m, f, 0.03) for f in (2.0, 5.0) for m in (0.1, 0.2)]
+    assert [len(alike) for _, alike in directions_of(starts)] == [2, 2]
+    corners = [SensorHighpass("acc", f) for f in (0.1, 0.4)]
+    directions = directions_of(corners)
+    for first, alike in directions:
+        for start, ratio in alike:
+            assert first.scaled(ratio).values == pytest.approx(start.values)
+
+
+def test_a_base_that_resonates_is_told_from_a_light_appendage():
+    soft = lumped().including(BaseCompliance("ground", 7000.0, 3.0, 3.0, 3.0))
+    found = diagnose(lumped(), [recorded(soft, 1)], [recorded(soft, 2)])
+    first = found.findings[0]
+    assert (first.mechanism.name, first.location) == ("base_compliance", "ground")
+    assert not [f for f in found.findings if f.mechanism.name == "appendage"]
+
+
+def test_hum_on_all_channels_is_hum_on_all_channels():
+    def humming(seed):
+        r = recorded(lumped(), seed)
+        columns = {n: r.column(n) for n in r.names}
+        time = np.arange(r.samples) / r.sampling_hz
+        for k, name in enumerate(("acc_floor1", "acc_floor2")):
+            level = 0.05 * np.std(columns[name]) * np.sqrt(2)
+            columns[name] = columns[name] + level * np.sin(2 * np.pi * 50.0 * time + k)
+        return Recording.build(r.sampling_hz, columns, r.source)
+
+    found = diagnose(lumped(), [humming(1)], [humming(2)])
+    assert found.verdict == "measurement"
+    assert {(f.mechanism.name, f.location) for f in found.findings} == {
+        ("sensor_hum", "acc_floor1"),
+        ("sensor_hum", "acc_floor2"),
+    }

@@ -1,0 +1,92 @@
+"""How large an effect is, beside what is left without a name."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from engine_support import lumped, recorded
+
+from twin.engine.candidates import motions, scales_of
+from twin.engine.hypothesis import DISCREPANCY_SHARE, Hypothesis
+from twin.engine.predict import stages
+from twin.engine.prepare import prepare
+from twin.engine.sizes import forces, negligible
+from twin.estimation.fit import fit
+from twin.mechanisms.coulomb_friction import CoulombFriction
+from twin.mechanisms.cubic_stiffness import CubicStiffness
+from twin.mechanisms.damping import Damping
+from twin.mechanisms.sensor_gain import SensorGain
+from twin.mechanisms.stiffness import Stiffness
+
+
+@pytest.fixture(scope="module")
+def problem():
+    ready = prepare(lumped(), [recorded(lumped(), 1)], [recorded(lumped(), 2)])
+    return ready.train
+
+
+def hypothesis(problem, *mechanisms):
+    blank = Hypothesis(problem)
+    moved = motions(problem, blank, np.zeros(len(blank.unknowns)))
+    priors = []
+    for m in mechanisms:
+        own = {}
+        for name, parameter in m.parameters.items():
+            value = m.values[name]
+            own[name] = (np.log(abs(value)), 0.1) if parameter.scale == "log" else (value, 1.0)
+        priors.append(own)
+    return replace(blank, mechanisms=mechanisms, priors=tuple(priors),
+                   scales=scales_of(problem, moved))  # fmt: skip
+
+
+def sizes(problem, *mechanisms):
+    h = hypothesis(problem, *mechanisms)
+    z = np.zeros(len(h.unknowns))
+    return forces(h, z, stages(h, z))
+
+
+def test_the_force_of_a_spring_is_its_stiffness_times_the_motion(problem):
+    h = hypothesis(problem, Stiffness("storey2", 5.0))
+    z = np.zeros(len(h.unknowns))
+    beside = stages(h, z)
+    row = problem.model.port("storey2")
+    drift = beside[0].followed.x[:, : len(row)] @ row
+    expected = 5.0 * np.linalg.norm(row) * np.sqrt(np.mean(drift**2))
+    assert forces(h, z, beside)[0] == pytest.approx(expected)
+
+
+def test_an_effect_twice_as_strong_is_twice_as_large(problem):
+    for weak, strong in (
+        (Stiffness("storey1", 1.0), Stiffness("storey1", 2.0)),
+        (Damping("storey1", 0.01), Damping("storey1", 0.02)),
+        (SensorGain("force_floor2", 1.01), SensorGain("force_floor2", 1.02)),
+    ):
+        one, two = sizes(problem, weak)[0], sizes(problem, strong)[0]
+        assert two == pytest.approx(2 * one, rel=0.05), weak.name
+
+
+def test_beside_a_law_a_hundredth_of_it_is_negligible_and_a_tenth_is_not(problem):
+    law = CubicStiffness("storey2", 1e6)
+    size, damper = sizes(problem, law, Damping("storey1", 0.01))
+    for share, small in ((0.5 * DISCREPANCY_SHARE, True), (10 * DISCREPANCY_SHARE, False)):
+        change = 0.01 * share * size / damper
+        h = hypothesis(problem, law, Damping("storey1", change))
+        found = fit(h, most=1, free=np.zeros(len(h.unknowns), bool))
+        level = {u.name: u for u in h.unknowns}["discrepancy storey2"]
+        quiet = replace(found, z=np.where([u is level for u in h.unknowns], -3.0, found.z))
+        assert negligible(h, quiet, stages(h, quiet.z)) == [False, small]
+
+
+def test_without_a_law_nothing_is_negligible(problem):
+    h = hypothesis(problem, Damping("storey1", 1e-9))
+    found = fit(h, most=1, free=np.zeros(len(h.unknowns), bool))
+    assert negligible(h, found, stages(h, found.z)) == [False]
+
+
+def test_a_channel_that_sees_a_law_jump_is_no_better_than_its_discrepancy(problem):
+    for gain, small in ((1.0005, True), (1.2, False)):
+        h = hypothesis(
+            problem, CoulombFriction("storey2", 0.02, 1e-4), SensorGain("acc_floor2", gain)
+        )
+        found = fit(h, most=1, free=np.zeros(len(h.unknowns), bool))
+        assert negligible(h, found, stages(h, found.z))[1] is small
