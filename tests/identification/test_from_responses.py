@@ -79,7 +79,19 @@ def test_the_command_line_reads_them(tmp_path, capsys):
     path = write(tmp_path / "frf.uff", accelerance(3, 1))
     assert holds_responses(path)
     with pytest.raises(SystemExit) as stop:
-        main(["identify", str(path), "--band", "40", "690", "--json", "-"])
+        main(
+            [
+                "identify",
+                str(path),
+                "--out",
+                str(tmp_path / "o"),
+                "--band",
+                "40",
+                "690",
+                "--json",
+                "-",
+            ]
+        )
     assert stop.value.code == 0
     found = json.loads(capsys.readouterr().out)
     if SCHEMA.exists():

@@ -1,6 +1,7 @@
 """Which poles are listed as modes."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -10,7 +11,8 @@ from twin.identification.wide_band import WideFit
 
 def found(zeta, std, families):
     return WideFit(
-        fit=None, diagram=(), families=families, leader=np.array([f[0] for f in families]),
+        fit=SimpleNamespace(w_min=5.0, w_max=35.0), diagram=(), families=families,
+        leader=np.array([f[0] for f in families]),
         omega=np.array([30.0, 10.0, 20.0]), zeta=np.array(zeta),
         std=np.array([[0.1] * 3, std]),
     )  # fmt: skip
@@ -31,7 +33,7 @@ def test_more_poles_ask_for_more_certainty():
     few = found([0.01] * 3, [0.004] * 3, [np.array([i]) for i in range(3)])
     assert len(listed_modes(few)) == 3
     many = replace(
-        few, families=[np.array([i]) for i in range(30)], omega=np.arange(1.0, 31.0),
+        few, families=[np.array([i]) for i in range(30)], omega=np.linspace(6.0, 34.0, 30),
         zeta=np.full(30, 0.01), std=np.full((2, 30), 0.004),
     )  # fmt: skip
     assert len(listed_modes(many)) == 0

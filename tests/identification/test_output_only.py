@@ -80,7 +80,7 @@ def test_a_record_sampled_much_faster_than_its_band_is_slowed(frame, recording):
 def test_the_command_needs_no_input(recording, tmp_path, capsys):
     write_recording(recording, tmp_path / "wind.csv")
     with pytest.raises(SystemExit) as stop:
-        main(["identify", str(tmp_path / "wind.csv"), "--json", "-"])
+        main(["identify", str(tmp_path / "wind.csv"), "--out", str(tmp_path / "o"), "--json", "-"])
     assert stop.value.code == 0
     found = json.loads(capsys.readouterr().out)
     assert len(found["modes"]) == 2
@@ -92,6 +92,6 @@ def test_a_force_that_does_not_move_is_no_reason_to_do_without(recording, tmp_pa
     still = Recording.build(FS, y | {"force_floor1": np.ones(recording.samples)}, source="x")
     write_recording(still, tmp_path / "still.csv")
     with pytest.raises(SystemExit) as stop:
-        main(["identify", str(tmp_path / "still.csv")])
+        main(["identify", str(tmp_path / "still.csv"), "--out", str(tmp_path / "o")])
     assert stop.value.code == 2
     assert "constant" in capsys.readouterr().err

@@ -133,7 +133,7 @@ def test_a_damaged_file_is_one_line(tmp_path, damage, said, capsys):
     with pytest.raises(RecordingError, match=said):
         read_responses(file)
     with pytest.raises(SystemExit) as stop:
-        main(["identify", str(file)])
+        main(["identify", str(file), "--out", str(tmp_path / "o")])
     assert stop.value.code == 2
     assert len(capsys.readouterr().err.strip().splitlines()) == 1
 
@@ -142,7 +142,19 @@ def test_the_command_reads_text(tmp_path, capsys):
     noisy, coherence = uneven(accelerance())
     file = text(tmp_path / "frf.csv", noisy, coherence=coherence)
     with pytest.raises(SystemExit) as stop:
-        main(["identify", str(file), "--band", "310", "690", "--json", "-"])
+        main(
+            [
+                "identify",
+                str(file),
+                "--out",
+                str(tmp_path / "o"),
+                "--band",
+                "310",
+                "690",
+                "--json",
+                "-",
+            ]
+        )
     assert stop.value.code == 0
     found = [m["frequency_hz"] for m in json.loads(capsys.readouterr().out)["modes"]]
     np.testing.assert_allclose(found, FREQ[FREQ > 310], rtol=1e-3)

@@ -12,7 +12,8 @@ from twin.identification.clusters import clusters, diagram
 from twin.identification.complex_frequency import denominator
 from twin.identification.identify import identify
 from twin.identification.records import prepare
-from twin.identification.segments import families, segments, starting_drive
+from twin.identification.segment import segments
+from twin.identification.segments import families, starting_drive
 from twin.identification.separable import solve
 from twin.identification.separable_terms import Drive, Terms
 from twin.identification.spectra import spectrum
@@ -130,3 +131,12 @@ def test_a_hit_early_in_the_record_starts_at_rest_though_the_filter_rings_before
     u, y = u[30:], y[30:]
     hit = Recording.build(RATE, {"force_floor1": u[:, 0], "acc_floor1": y[:, 0]}, source="hit")
     assert not prepare([hit]).wide_spectra((40, 700))[0].transient
+
+
+def test_a_mode_close_beyond_the_band_is_felt_and_not_listed(monkeypatch):
+    monkeypatch.setattr(wide_result, "DATA", 1000)
+    found = identify([recording(1), recording(2)], band_hz=(100, 585))
+    inside = FREQ[(FREQ > 100) & (FREQ < 585)]
+    np.testing.assert_allclose(found.modal.natural_freq, inside, rtol=1e-4)
+    assert found.nrmse < 0.012
+    assert any("beyond the band" in note for note in found.notes)

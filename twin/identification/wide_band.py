@@ -15,18 +15,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.errors import IdentificationError
+from twin.identification.additions import BEYOND
 from twin.identification.clusters import clusters, diagram
 from twin.identification.complex_frequency import denominator
 from twin.identification.maximum_likelihood import ModalFit
 from twin.identification.modal_response import Hold
+from twin.identification.segment import LEAST_LINES, Segment, level_weights, segments
 from twin.identification.segments import (
-    LEAST_LINES,
     Progress,
-    Segment,
     families,
-    level_weights,
     refine,
-    segments,
     starting_drive,
 )
 from twin.identification.separable import Projected, project, solve
@@ -156,7 +154,7 @@ def fit_wide(
     terms = Terms(tuple(spectra), hold or "band-limited", POWERS, w_max)
     drive = starting_drive(poles, terms)
     for sweep in range(SWEEPS):
-        parts = segments(drive.omega, w_min, w_max, resolution)
+        parts = segments(drive.omega, w_min / BEYOND, w_max * BEYOND, resolution)
         drive = refine(drive, terms, parts, sweep == SWEEPS - 1, progress, by_hand)
         if not len(drive.omega):
             raise IdentificationError("no mode pays for its unknowns: the outputs hold noise only")

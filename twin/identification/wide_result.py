@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from twin.errors import IdentificationError
 from twin.identification.discrete import predict, realize
@@ -80,13 +81,7 @@ def _result(records: Records, found: WideFit) -> Identification:
             "damping depends on amplitude, or a pair that these sensors do not separate; the list "
             "holds one mode that answers as they do together, the model all of them"
         )
-    left = np.setdiff1d(np.arange(len(found.omega)), listed)
-    if len(left):
-        at = ", ".join(f"{f / (2 * np.pi):.5g}" for f in np.sort(found.omega[left]))
-        notes.append(
-            f"poles at {at} Hz improve the fit, but their damping cannot be told from zero: "
-            "they are part of the model, not of the list"
-        )
+    notes += _not_listed(found, listed)
     if found.by_hand:
         notes.append("the modes are those chosen in the stabilisation diagram, by hand")
         vague = np.flatnonzero(found.zeta <= 1.96 * found.std[1])
@@ -132,6 +127,21 @@ def _result(records: Records, found: WideFit) -> Identification:
         notes=tuple(notes),
     )  # fmt: skip
     return result
+
+
+def _not_listed(found: WideFit, listed: NDArray[np.intp]) -> list[str]:
+    """Say which poles are part of the model and not of the list."""
+    left = np.setdiff1d(np.arange(len(found.omega)), listed)
+    beyond = (found.omega < found.fit.w_min) | (found.omega > found.fit.w_max)
+    notes = []
+    for poles, why in (
+        (left[~beyond[left]], "improve the fit, but their damping cannot be told from zero"),
+        (left[beyond[left]], "beyond the band are felt inside it, but not measured"),
+    ):
+        if len(poles):
+            at = ", ".join(f"{f / (2 * np.pi):.5g}" for f in np.sort(found.omega[poles]))
+            notes.append(f"poles at {at} Hz {why}: they are part of the model, not of the list")
+    return notes
 
 
 def _continuous(participation: np.ndarray, poles: np.ndarray, hold: Hold, dt: float) -> np.ndarray:
