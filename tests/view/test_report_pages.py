@@ -13,10 +13,11 @@ from diagnosis_example import CUBIC, SLIP, consistent, diagnosis
 
 from twin.model import Twin
 from twin.provenance import provenance, sha256
-from twin.view.diagnosis_words import verdict_sentence
+from twin.view.diagnosis_words import quantity, verdict_sentence
 from twin.view.page import diagnosis as diagnosis_page
 from twin.view.page import identification as identification_page
 from twin.view.page.blocks import Plot
+from twin.view.page.diagnosis_plots import force
 from twin.view.page.plots import numbers, thinned
 from twin.view.page.render import render
 
@@ -94,6 +95,21 @@ def test_the_law_is_drawn_over_its_points_with_its_band(pages):
     near = np.interp(points["x"], x, law["y"])
     missing = np.array(points["y"])
     assert np.std(missing - near) < 0.3 * np.std(missing)
+
+
+def test_a_few_points_at_the_ends_of_a_recording_do_not_hide_the_others():
+    whole = diagnosis(CUBIC)
+    latent = np.array(whole.force[0].latent)
+    latent[:2] = 1e3 * np.abs(latent).max()
+    drawn, *_ = force(replace(whole.force[0], latent=latent), whole.findings[0])
+    low, high = drawn.figure["layout"]["yaxis"]["range"]
+    assert low < np.quantile(latent, 0.01) < np.quantile(latent, 0.99) < high
+    assert high < 10 * np.abs(latent[2:]).max()
+
+
+def test_what_rounds_to_nothing_has_no_sign():
+    assert quantity(-0.0004, 0.23, "N s/m") == "0.00 ± 0.23 N s/m"
+    assert quantity(-0.04, 0.023, "N") == "-0.040 ± 0.023 N"
 
 
 def test_the_ranking_is_sorted_and_every_bar_has_its_words(pages):

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from twin.cli.common import Json, Out, check_json_target, console, write_json
+from twin.cli.common import Json, Out, check_folder, check_json_target, console, write_json
 from twin.errors import TwinError
 
 
@@ -52,6 +52,7 @@ def fetch(
         raise TwinError("fetch needs a name; twin fetch --list says which there are")
     chosen = benchmark_set(name)
     target = out or Path(f"twin-{name}")
+    check_folder(target)
     found = whole(name, target, source)
     result: dict[str, Any] = {
         "name": name,

@@ -13,7 +13,16 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from twin.cli.common import Json, Out, Seed, console, write_json, write_whole
+from twin.cli.common import (
+    Json,
+    Out,
+    Seed,
+    check_folder,
+    check_json_target,
+    console,
+    write_json,
+    write_whole,
+)
 
 if TYPE_CHECKING:
     from twin.paper import Contradiction, Entry
@@ -43,6 +52,9 @@ def register(app: typer.Typer) -> None:
         """
         from twin.paper import contradictions, ledger
 
+        check_json_target(json)
+        if out is not None:
+            check_folder(out)
         entries, found = ledger(seed), contradictions()
         result = as_dict(entries, found)
         show(console(json), entries, found)

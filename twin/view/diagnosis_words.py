@@ -99,7 +99,9 @@ def quantity(value: float, std: float, unit_text: str) -> str:
         digits = f"{value / scale:.4g}"
         return f"{digits}{raised}{after}"
     decimals = min(max(1 - math.floor(math.log10(std / scale)), 0), 12)
-    pair = f"{value / scale:.{decimals}f} ± {std / scale:.{decimals}f}"
+    # what rounds to nothing has no sign
+    rounded = round(value / scale, decimals) + 0.0
+    pair = f"{rounded:.{decimals}f} ± {std / scale:.{decimals}f}"
     return f"({pair}){raised}{after}" if raised else f"{pair}{after}"
 
 

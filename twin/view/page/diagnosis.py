@@ -73,7 +73,8 @@ def page(diagnosis: Diagnosis, made: Provenance) -> Page:
         Section("What was screened", [plots.screening(diagnosis)] if diagnosis.screening else [],
                 folded=True),
         Section("Calibration", _calibration(diagnosis), folded=True),
-        Section("Notes", _notes(diagnosis), folded=not diagnosis.notes),
+        Section("Notes", _notes(diagnosis)),
+        Section("How long it took", _steps(diagnosis), folded=True),
     ]  # fmt: skip
     filled = [section for section in sections if section.blocks]
     return Page(verdict_sentence(diagnosis), lead, filled, made)
@@ -187,6 +188,11 @@ def _notes(diagnosis: Diagnosis) -> Sequence[Block]:
     out: list[Block] = []
     if diagnosis.notes:
         out.append(Items([printable(note) for note in diagnosis.notes]))
+    return out
+
+
+def _steps(diagnosis: Diagnosis) -> Sequence[Block]:
+    out: list[Block] = []
     if diagnosis.steps:
         rows = [(name, f"{s:.1f}") for name, s in diagnosis.steps.items()]
         out.append(Table(("step", "seconds"), [*rows, ("all", f"{diagnosis.seconds:.1f}")]))

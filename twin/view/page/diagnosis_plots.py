@@ -21,6 +21,9 @@ Array = NDArray[np.float64]
 BAND = 1.96
 """Standard deviations to either side of 95 %."""
 
+RARE, ROOM = 0.002, 0.1
+"""Share of the points at either end that only a double click shows; room around the rest."""
+
 SHOWN_ROWS = 12
 MILLI = {"m": (1e3, "mm", "mm/s", "N"), "rad": (1e3, "mrad", "mrad/s", "N m")}
 """Scale and units of a port's motion, its rate and its force, by the motion's unit."""
@@ -143,10 +146,15 @@ def force(picture: ForcePicture, finding: Finding | None = None) -> list[Plot]:
         x, y = picture.cycle.T
         by_drift.append(line(scale * x, y, law_name, LOCATED, 1.6))
     title = f"missing force at {place} [{of_force}]"
+    # a few points at the ends of a recording, where a filter sees one side only, hide all others
+    reach = _reach(picture)
+    over, against = (
+        [Panel(title, traces, share=1.7, y_range=reach)] for traces in (by_drift, by_rate)
+    )
     out = [
-        Plot(figure([Panel(title, by_drift, share=1.7)], f"{place} [{of_motion}]"),
+        Plot(figure(over, f"{place} [{of_motion}]"),
              f"Against the motion of {place}.", both if len(by_drift) > 1 else keys, wide=False),
-        Plot(figure([Panel(title, by_rate, share=1.7)], f"rate of {place} [{of_rate}]"),
+        Plot(figure(against, f"rate of {place} [{of_rate}]"),
              "Against its rate.", both if len(by_rate) > 1 else keys, wide=False),
     ]  # fmt: skip
     if picture.piece is not None:
@@ -158,6 +166,19 @@ def force(picture: ForcePicture, finding: Finding | None = None) -> list[Plot]:
         drawn = figure([Panel(title, along, share=1.3)], "time [s]", hover="x")
         out.append(Plot(drawn, f"Over the liveliest {time[-1] - time[0]:.2g} s.", both))
     return out
+
+
+def _reach(picture: ForcePicture) -> tuple[float, float] | None:
+    """Return the forces that are shown first: all but the most extreme few, and the law."""
+    if not np.any(np.isfinite(picture.latent)):
+        return None
+    low, high = np.nanquantile(picture.latent, [RARE, 1 - RARE])
+    if picture.law is not None:
+        low, high = min(low, np.nanmin(picture.law)), max(high, np.nanmax(picture.law))
+    if picture.cycle is not None:
+        low, high = min(low, picture.cycle[:, 1].min()), max(high, picture.cycle[:, 1].max())
+    margin = ROOM * (high - low)
+    return (float(low - margin), float(high + margin)) if high > low else None
 
 
 def _with_band(x: Array, law: Array, std: Array | None, name: str) -> list[dict[str, object]]:
