@@ -140,3 +140,15 @@ def test_the_window_of_the_diagram_chooses(file, tmp_path, capsys, monkeypatch):
     found = json.loads(capsys.readouterr().out)
     assert [m["frequency_hz"] for m in found["modes"]] == pytest.approx([1.949], abs=5e-3)
     assert seen[0].curves.shape == (len(seen[0].frequency_hz), 1)
+
+
+@pytest.mark.parametrize("again", [[], ["--test"]])
+def test_a_file_named_twice_is_no_second_measurement(file, tmp_path, capsys, again):
+    assert called(["identify", file, *again, file.parent / "." / file.name]) == 2
+    assert "named twice; it would count as two measurements" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("band", [("-1", "2"), ("5", "2"), ("nan", "2"), ("2", "2")])
+def test_a_band_that_is_none_is_refused(file, capsys, band):
+    assert called(["identify", file, "--band", *band]) == 2
+    assert "two frequencies [Hz], the lower first" in capsys.readouterr().err

@@ -54,6 +54,7 @@ __all__ = [
     "folder",
     "keep_input",
     "made",
+    "refuse_doubles",
     "remember",
     "watched",
     "write_json",
@@ -120,6 +121,16 @@ def check_json_target(target: str | None) -> None:
     parent = Path(str(target)).resolve().parent
     if not parent.is_dir() or not os.access(parent, os.W_OK) or Path(str(target)).is_dir():
         raise TwinError(f"{target}: cannot write the JSON there")
+
+
+def refuse_doubles(files: Iterable[Path]) -> None:
+    """Raise TwinError where a file is named twice: its data would count as two measurements."""
+    known: set[Path] = set()
+    for file in files:
+        there = file.resolve()
+        if there in known:
+            raise TwinError(f"{file}: named twice; it would count as two measurements")
+        known.add(there)
 
 
 def keep_input(target: Path) -> None:

@@ -16,6 +16,7 @@ from twin.cli.common import (
     console,
     folder,
     made,
+    refuse_doubles,
     write_json,
 )
 from twin.cli.convert import Map, Rate
@@ -122,6 +123,11 @@ def identify_recordings(
         raise TwinError("--unseen counts periods: say how long one is with --period")
     if period is not None and period < LEAST_SAMPLES:
         raise TwinError(f"--period {period}: a period has at least {LEAST_SAMPLES} samples")
+    if band is not None and not 0 <= band[0] < band[1]:
+        raise TwinError(
+            f"--band {band[0]:g} {band[1]:g}: two frequencies [Hz], the lower first"
+        )
+    refuse_doubles([*recordings, *(tests or [])])
     chosen = choice(pick, poles)
     check_json_target(json)
     target = out or DEFAULT_FOLDER
