@@ -149,7 +149,8 @@ def control_absorber(
     screen = console(json)
     with watched(rerun) as viewer:
         tell = viewer.tell if viewer is not None else _silent
-        with Progress(console=Console(stderr=True), transient=True, disable=json == "-") as bar:
+        shown = Console(stderr=True)
+        with Progress(console=shown, transient=True, disable=not shown.is_terminal) as bar:
             tell("identifying")
             identification = identification_of(recordings, plant, noise, seed, bar)
             believed = identified_model(identification, pendulum, plant.known_input)
@@ -177,8 +178,8 @@ def control_absorber(
         if out is not None:
             written = [*export(controllers[0], out), write_run(outcomes[0], out / "run.csv")]
             origin = made([model, *(recordings or []), *filter(None, [settings, earthquake])], seed)
-            shown = outcomes[0], plant, controllers[0], believed, result, origin
-            written += write_control(out, *shown)
+            about_it = outcomes[0], plant, controllers[0], believed, result, origin
+            written += write_control(out, *about_it)
             write_json(result, str(out / "control.json"))
             screen.print(
                 f"{len(written) + 1} files in {out}: controller.c, .mat, .csv, run.csv, "

@@ -124,9 +124,7 @@ def identify_recordings(
     if period is not None and period < LEAST_SAMPLES:
         raise TwinError(f"--period {period}: a period has at least {LEAST_SAMPLES} samples")
     if band is not None and not 0 <= band[0] < band[1]:
-        raise TwinError(
-            f"--band {band[0]:g} {band[1]:g}: two frequencies [Hz], the lower first"
-        )
+        raise TwinError(f"--band {band[0]:g} {band[1]:g}: two frequencies [Hz], the lower first")
     refuse_doubles([*recordings, *(tests or [])])
     chosen = choice(pick, poles)
     check_json_target(json)
