@@ -53,7 +53,8 @@ def pole_plot(
         width = 1.3 if not number else 0.7
         trace = line(diagram.frequency_hz, positive, names, FRAME, width)
         drawn["data"].insert(0, {**trace, "xaxis": "x", "yaxis": BEHIND, "hoverinfo": "skip"})
-    drawn["layout"]["yaxis"] |= {"overlaying": BEHIND}
+    # an axis over another takes over its ticks, orders such as 45.2, unless told not to
+    drawn["layout"]["yaxis"] |= {"overlaying": BEHIND, "tickmode": "auto"}
     drawn["layout"]["yaxis2"] = {
         "type": "log", "side": "right", "showgrid": False, "automargin": True, "anchor": "x",
         "exponentformat": "power", "dtick": 1, "tickformat": "~g",
