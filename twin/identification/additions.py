@@ -64,6 +64,58 @@ def with_what_is_missing(drive: Drive, segment: Segment, own: Terms, floor: Arra
     return drive
 
 
+def without_what_another_covers(drive: Drive, segment: Segment, own: Terms, floor: Array) -> Drive:
+    """Drop one of two modes within one bandwidth where the other alone, refined, does as well.
+
+    Modes that came in while their neighbours were still away from their place stand beside them.
+
+    Args:
+        drive: modes of the segment and its neighbours.
+        segment: the segment.
+        own: its lines.
+        floor: smallest variance of the noise to believe, (outputs,).
+    """
+    while True:
+        fewer = _with_one_fewer(drive, segment, own, floor)
+        if fewer is None:
+            return drive
+        drive = fewer
+
+
+def _with_one_fewer(drive: Drive, segment: Segment, own: Terms, floor: Array) -> Drive | None:
+    width = drive.zeta * drive.omega
+    apart = np.abs(drive.omega[:, None] - drive.omega) / (width[:, None] + width)
+    apart[np.diag_indices_from(apart)] = np.inf
+    nearest = apart.min(axis=1, initial=np.inf)
+    close = np.flatnonzero((nearest < 1) & segment.holds(drive.omega))
+    if not len(close):
+        return None
+    weight = level_weights(own.Y, floor, own.noise)
+    for _ in range(2):
+        done = project(drive, own, weight, derivative=False)
+        weight = level_weights(done.error, floor, own.noise)
+    for mode in close[np.argsort(nearest[close])]:
+        tried = drive.without(np.array([mode]))
+        held = held_modes(tried, segment)
+        tried, better = solve(tried, own, weight, TOLERANCE, MOST_STEPS, held)
+        near = _around(drive, own, int(mode))
+        if near.any() and _gain(better, done, near, own, floor) < _price(own):
+            return tried
+    return None
+
+
+def _gain(worse: Projected, better: Projected, near: NDArray[np.bool_], own: Terms,
+          floor: Array) -> float:  # fmt: skip
+    """Return twice the rise of the logarithm of the likelihood of some lines."""
+    before, after = (_level(d.error / own.noise, near, floor) for d in (worse, better))
+    return 2 * float(near.sum()) * float(np.sum(np.log(before / after)))
+
+
+def _price(own: Terms) -> float:
+    """Return what the Bayesian information criterion charges for a mode."""
+    return float(np.log(2 * own.Y.size)) * unknowns_of_mode(own)
+
+
 def _among_lines(at: float, own: Terms) -> bool:
     omega = np.concatenate([s.omega for s in own.spectra])
     return bool(omega.min() <= at <= omega.max())
@@ -102,13 +154,11 @@ def _tried(
         tried, better = solve(tried, own, weight, TOLERANCE, MOST_STEPS, held_modes(tried, segment))
     except IdentificationError:
         return None
-    near = _around(tried, own)
+    near = _around(tried, own, -1)
     if not near.any():
         return None  # it has left the segment
-    before, after = (_level(d.error / own.noise, near, floor) for d in (done, better))
-    gain = 2 * float(near.sum()) * float(np.sum(np.log(before / after)))
     sound = segment.holds(tried.omega[-1:])[0] and tried.zeta[-1] < BROAD
-    if gain < np.log(2 * own.Y.size) * unknowns_of_mode(own) or not sound:
+    if _gain(done, better, near, own, floor) < _price(own) or not sound:
         return None
     return tried, better
 
@@ -118,17 +168,17 @@ def held_modes(drive: Drive, segment: Segment) -> NDArray[np.intp]:
     return np.flatnonzero(~segment.holds(drive.omega))
 
 
-def _around(drive: Drive, own: Terms) -> NDArray[np.bool_]:
-    """Lines around the last mode: its gain must stand against the noise that is there.
+def _around(drive: Drive, own: Terms, mode: int) -> NDArray[np.bool_]:
+    """Lines around a mode: its gain must stand against the noise that is there.
 
     What nobody measured but drives the structure too, wind or traffic, is loud at resonances.
     """
     omega = np.concatenate([s.omega for s in own.spectra])
     resolution = float(np.median(np.diff(own.spectra[0].omega)))
-    off = np.abs(drive.omega - drive.omega[-1])
+    centre = drive.omega[mode]
+    off = np.abs(drive.omega - centre)
     width = float(np.max((drive.zeta * drive.omega)[np.argsort(off)[:2]]))
     reach = max(LEAST_LINES / 2 * resolution, 2 * width)
-    centre = drive.omega[-1]
     if not _among_lines(float(centre), own):
         # A flank is felt as far inside the band as its pole lies outside.
         reach = 2 * float(np.abs(omega - centre).min()) + reach

@@ -10,13 +10,10 @@ from numpy.typing import NDArray
 
 from twin.identification.spectra import excited_band, hit_window
 from twin.recording import Recording
-from twin.signals.channel_faults import channel_faults
+from twin.signals.channel_faults import clipping, dead_tail, dropouts
 from twin.signals.pair_faults import clock, clock_far_off, identical, reversed_polarity
 
 Array = NDArray[np.float64]
-
-SPOILS = ("clipping", "dead_tail", "dropout")
-"""Faults of a channel that no linear model can hold."""
 
 ALIKE = 0.9999
 """Correlation below which two channels are not worth comparing reading by reading."""
@@ -51,10 +48,11 @@ def doubts_of_data(
             kind = recording.channel(name).kind
             if not np.ptp(x) and np.any(x):
                 found.append(f"warning: {recording.source}: {name} is constant at {x[0]:.4g}")
-            for fault in channel_faults(x, recording.sampling_hz, kind):
-                if fault.name in SPOILS:
-                    words = fault.words or fault.name
-                    found.append(f"warning: {recording.source}: {name}: {words}")
+            # Of a channel's faults those that no linear model can hold.
+            spoils = clipping(x), dead_tail(x), dropouts(x, kind in ("force", "torque"))
+            for fault in (f for f in spoils if f is not None):
+                words = fault.words or fault.name
+                found.append(f"warning: {recording.source}: {name}: {words}")
         found += [f"warning: {recording.source}: {line}" for line in _pairs(recording, names)]
         for name in inputs:
             if name in recording.names:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from twin.identification.additions import (
     held_modes,
     unknowns_of_mode,
     with_what_is_missing,
+    without_what_another_covers,
 )
 from twin.identification.segment import Segment, level_weights
 from twin.identification.separable import project, solve, start_drive
@@ -39,14 +41,35 @@ SAME_SHAPE = 0.99
 """MAC above which two modes within one bandwidth are one."""
 
 
+@dataclass(frozen=True)
+class Step:
+    """What is done to segments.
+
+    Attributes:
+        first: whether poles are rough still: a few iterations will do.
+        adding: whether modes that the residual asks for come in.
+        by_hand: whether the modes were chosen by hand: all stay.
+    """
+
+    first: bool = False
+    adding: bool = False
+    by_hand: bool = False
+
+
 def refine_segment(
-    drive: Drive, segment: Segment, terms: Terms, last: bool, by_hand: bool = False
+    drive: Drive,
+    segment: Segment,
+    terms: Terms,
+    step: Step,
+    psi: ComplexArray | None = None,
 ) -> Drive:
     """Fit the modes of one segment, neighbours included, and drop those that pay for nothing.
 
     A mode goes where the rise of the cost without it is less than the Bayesian information
-    criterion charges for its unknowns. The last time, modes that the residual asks for come in.
-    Modes that were chosen by hand stay, and no others come in.
+    criterion charges for its unknowns, or where another within its bandwidth can stand for it.
+    Where the shapes ``psi`` of all modes are known, (outputs, modes), the response of those far
+    away is taken off first; the direct terms alone stand for it otherwise, and nothing for its
+    leakage.
 
     Returns:
         The refined modes inside the segment.
@@ -60,14 +83,19 @@ def refine_segment(
     own = Terms(
         tuple(segment.part(s) for s in terms.spectra), terms.hold, terms.powers, terms.w_max
     )
+    if not len(own.Y):
+        return drive.only(np.flatnonzero(inside))  # beyond the band's end
+    if psi is not None:
+        far = np.setdiff1d(np.arange(len(drive.omega)), members)
+        own = without(own, drive.only(far), psi[:, far])
     here = Drive(drive.omega[members], drive.zeta[members], drive.v[members], drive.anchor[members])
     floor = 1e-14 * np.mean(np.abs(own.Y) ** 2, axis=0) + np.finfo(float).tiny
     weight = level_weights(own.Y, floor, own.noise)
-    steps = MOST_STEPS if last else FIRST_STEPS
-    for _ in range(ROUNDS if last else 1):
+    steps = FIRST_STEPS if step.first else MOST_STEPS
+    for _ in range(1 if step.first else ROUNDS):
         here, done = solve(here, own, weight, TOLERANCE, steps, held_modes(here, segment))
         weight = level_weights(done.error, floor, own.noise)
-    while not by_hand and (mine := segment.holds(here.omega)).any():
+    while not step.by_hand and (mine := segment.holds(here.omega)).any():
         done = project(here, own, weight, derivative=False)
         assert done.loss is not None
         price = np.log(2 * own.Y.size) * unknowns_of_mode(own)
@@ -82,12 +110,32 @@ def refine_segment(
             break
         here, done = solve(here, own, weight, TOLERANCE, steps, held_modes(here, segment))
         weight = level_weights(done.error, floor, own.noise)
-    if last and len(here.omega) and not by_hand:
+    if step.adding and len(here.omega):
         here = with_what_is_missing(here, segment, own, floor)
+    if not step.first and not step.by_hand and len(here.omega):
+        here = without_what_another_covers(here, segment, own, floor)
     mine = segment.holds(here.omega)
-    if by_hand:
+    if step.by_hand:
         mine = np.isin(members, np.flatnonzero(inside))
     return Drive(here.omega[mine], here.zeta[mine], here.v[mine], here.anchor[mine])
+
+
+def without(own: Terms, drive: Drive, psi: ComplexArray) -> Terms:
+    """Return lines less the response of some modes, free responses included.
+
+    Args:
+        own: the lines.
+        drive: the modes.
+        psi: their shapes, (outputs, modes).
+    """
+    if not len(drive.omega):
+        return own
+    E, _, mirror, _ = own.modal(drive.poles)
+    a = np.einsum("knq,nq->kn", E, drive.v)
+    m = np.einsum("knq,nq->kn", mirror, drive.v.conj())
+    left = own.Y - a @ psi.T - m @ psi.conj().T
+    parts = zip(own.spectra, own.rows, strict=True)
+    return replace(own, spectra=tuple(replace(s, Y=left[rows]) for s, rows in parts))
 
 
 def families(drive: Drive, psi: ComplexArray) -> list[NDArray[np.intp]]:
@@ -114,17 +162,17 @@ def refine(
     drive: Drive,
     terms: Terms,
     parts: list[Segment],
-    last: bool,
+    step: Step,
     progress: Progress | None = None,
-    by_hand: bool = False,
+    psi: ComplexArray | None = None,
 ) -> Drive:
-    """Refine every segment once and gather the modes."""
+    """Refine every segment once and gather the modes, as of ``refine_segment``."""
     gathered: list[Drive] = []
     for index, segment in enumerate(parts):
         if progress:
             progress("refining", index + 1, len(parts))
         try:
-            gathered.append(refine_segment(drive, segment, terms, last, by_hand))
+            gathered.append(refine_segment(drive, segment, terms, step, psi))
         except (IdentificationError, np.linalg.LinAlgError):
             gathered.append(drive.only(np.flatnonzero(segment.holds(drive.omega))))
     return joined(gathered)

@@ -18,11 +18,14 @@ from twin.errors import IdentificationError
 from twin.identification.additions import BEYOND
 from twin.identification.clusters import clusters, diagram
 from twin.identification.complex_frequency import denominator
+from twin.identification.holds import DECISIVE, converted, likelier_hold, other_hold
+from twin.identification.levels import levelled, log_likelihood, segment_weights
 from twin.identification.maximum_likelihood import ModalFit
 from twin.identification.modal_response import Hold
-from twin.identification.segment import LEAST_LINES, Segment, level_weights, segments
+from twin.identification.segment import LEAST_LINES, Segment, segments
 from twin.identification.segments import (
     Progress,
+    Step,
     families,
     refine,
     starting_drive,
@@ -43,14 +46,15 @@ POWERS = (0, 2, -2)
 SWEEPS = 2
 """Times the segments are refined: the second time with neighbours that are refined already."""
 
+POLISHINGS = 2
+"""Times the poles that are left are refined with the response of all others taken off: errors of
+neighbours then enter each other twice reduced."""
+
 STEADY = 0.4
 """Share of the orders that a column of stable poles spans at least."""
 
 LINES_A_POLE = 6
 """Lines for each pole of the highest order, at least."""
-
-DECISIVE = 20.0
-"""Difference in BIC below which records do not tell how the input behaves between samples."""
 
 LINES_IN_PART = 1500
 """Lines of a part of the band that gets a stabilisation diagram of its own, at most."""
@@ -155,11 +159,23 @@ def fit_wide(
     drive = starting_drive(poles, terms)
     for sweep in range(SWEEPS):
         parts = segments(drive.omega, w_min / BEYOND, w_max * BEYOND, resolution)
-        drive = refine(drive, terms, parts, sweep == SWEEPS - 1, progress, by_hand)
-        if not len(drive.omega):
-            raise IdentificationError("no mode pays for its unknowns: the outputs hold noise only")
+        step = Step(first=sweep == 0, adding=sweep == SWEEPS - 1 and not by_hand, by_hand=by_hand)
+        drive = _swept(drive, terms, parts, step, progress)
         if hold is None and sweep == 0:
-            drive, terms = _likelier_hold(drive, terms, parts)
+            drive, terms = likelier_hold(drive, terms, parts)
+    polish = Step(by_hand=by_hand)
+    for _ in range(POLISHINGS):
+        other, there = drive, replace(terms, hold=other_hold(terms.hold))
+        if hold is None:
+            # What is left over tells the input's behaviour where the poles are good.
+            other = _swept(converted(drive, terms, there), there, parts, polish, progress)
+        drive = _swept(drive, terms, parts, polish, progress)
+        if hold is None:
+            gain = log_likelihood(other, there, parts) - log_likelihood(drive, terms, parts)
+            # Where the records do not tell, an anti-alias filter speaks for a band-limited input.
+            if gain > (DECISIVE / 2 if there.hold == "held" else -DECISIVE / 2):
+                drive, terms = other, there
+            hold = terms.hold
     drive, done, weight = _settled(drive, terms, parts, by_hand)
     fit = as_fit(drive, done, terms, weight, w_min)
     alone = [np.array([i]) for i in range(len(drive.omega))]
@@ -223,29 +239,23 @@ def _as_one(fit: ModalFit, members: NDArray[np.intp], leader: int) -> tuple[floa
     return float(one.omega[0]), float(one.zeta[0])
 
 
-def _likelier_hold(drive: Drive, terms: Terms, parts: list[Segment]) -> tuple[Drive, Terms]:
-    """Return drive and terms for the behaviour between samples under which less is left over."""
-    held = replace(terms, hold="held")
-    other = starting_drive(drive.poles, held)
-    likelihood = []
-    for d, t in ((drive, terms), (other, held)):
-        weight = np.ones(t.Y.shape)
-        for _ in range(2):
-            done = project(d, t, weight, derivative=False)
-            weight = segment_weights(done.error, t, parts)
-        likelihood.append(2 * float(np.sum(np.log(weight))))
-    return (other, held) if likelihood[1] > likelihood[0] + DECISIVE / 2 else (drive, terms)
+def _swept(
+    drive: Drive, terms: Terms, parts: list[Segment], step: Step, progress: Progress | None
+) -> Drive:
+    """Refine every segment once, from the second time on with the others' response taken off."""
+    psi = None if step.first else levelled(drive, terms, parts).psi
+    drive = refine(drive, terms, parts, step, progress, psi)
+    if not len(drive.omega):
+        raise IdentificationError("no mode pays for its unknowns: the outputs hold noise only")
+    return drive
 
 
 def _settled(
     drive: Drive, terms: Terms, parts: list[Segment], by_hand: bool
 ) -> tuple[Drive, Projected, Array]:
     """Drop modes that are vaguer than they are large; weigh lines by their segment's noise."""
-    weight = np.ones(terms.Y.shape)
     while True:
-        for _ in range(2):
-            done = project(drive, terms, weight, derivative=False)
-            weight = segment_weights(done.error, terms, parts)
+        weight = segment_weights(levelled(drive, terms, parts).error, terms, parts)
         done = project(drive, terms, weight)
         assert done.gram is not None
         std = np.sqrt(np.maximum(np.diag(np.linalg.pinv(done.gram, hermitian=True)), 0))
@@ -254,15 +264,3 @@ def _settled(
         if by_hand or not len(vague) or len(vague) == len(drive.omega):
             return drive, done, weight
         drive = drive.without(vague)
-
-
-def segment_weights(error: ComplexArray, terms: Terms, parts: Sequence[Segment]) -> Array:
-    """Return 1 / standard deviation of the noise, white within each segment, (lines, outputs)."""
-    omega = np.concatenate([s.omega for s in terms.spectra])
-    floor = 1e-14 * np.mean(np.abs(terms.Y) ** 2, axis=0) + np.finfo(float).tiny
-    weight, noise = np.ones(error.shape), terms.noise
-    for segment in parts:
-        inside = segment.holds(omega)
-        if inside.any():
-            weight[inside] = level_weights(error[inside], floor, noise[inside])
-    return weight
