@@ -13,7 +13,7 @@ from twin.identification.holds import converted
 from twin.identification.identify import identify
 from twin.identification.segment import Segment
 from twin.identification.segments import starting_drive, without
-from twin.identification.separable import project
+from twin.identification.separable import project, reanchored
 from twin.identification.separable_terms import Drive, Terms
 from twin.identification.spectra import spectrum
 from twin.recording import Recording
@@ -83,3 +83,16 @@ def test_random_forces_and_far_modes_leave_no_bias(monkeypatch):
         assert len(modal.natural_freq) == 16
         errors.append((modal.natural_freq - omega / (2 * np.pi)) / modal.natural_freq_std)
     assert np.sqrt(np.mean(np.square(errors))) < 1.3
+
+
+def test_a_component_that_hardly_moves_a_mode_is_no_measure_for_the_others(exact):
+    drive = starting_drive(poles(), exact)
+    small = drive.v * np.array([1e-3])
+    wrong = replace(drive, v=np.hstack([drive.v, small])[:, ::-1])
+    both = replace(exact, spectra=tuple(replace(s, U=np.hstack([s.U, s.U])[:, ::-1],
+                                                from_rest=np.hstack([s.from_rest] * 2))
+                                        for s in exact.spectra))  # fmt: skip
+    found = reanchored(replace(wrong, v=wrong.v / wrong.v[:, :1]), both)
+    assert np.all(found.anchor == 1)
+    np.testing.assert_allclose(found.v[:, 1], 1)
+    np.testing.assert_allclose(found.v[:, 0], 1e-3)

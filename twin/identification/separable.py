@@ -227,6 +227,7 @@ def solve(
             f"{len(drive.omega)} modes have {unknowns} unknowns, too many for "
             f"{2 * terms.Y.size} data in the band"
         )
+    drive = reanchored(drive, terms)
     here = project(drive, terms, weight, held=held)
     moving = np.setdiff1d(np.arange(len(drive.omega)), [] if held is None else held)
     if not len(moving):
@@ -255,6 +256,17 @@ def solve(
         if fall < tolerance:
             break
     return drive, here
+
+
+def reanchored(drive: Drive, terms: Terms) -> Drive:
+    """Return the same drive with that component of every mode fixed that moves it most.
+
+    A component that hardly moves a mode is no measure for the others: they would run away.
+    """
+    E, _, _, _ = terms.modal(drive.poles)
+    anchor = np.argmax(np.sqrt(np.mean(np.abs(E) ** 2, axis=0)) * np.abs(drive.v), axis=1)
+    v = drive.v / drive.v[np.arange(len(anchor)), anchor][:, None]
+    return replace(drive, v=v, anchor=anchor.astype(np.int64))
 
 
 def start_drive(poles: ComplexArray, terms: Terms, weight: Array) -> Drive:
