@@ -80,3 +80,8 @@ def likeliest(hypothesis: Hypothesis, options: Sequence[Array]) -> tuple[float, 
 
     scored = [(posterior(z), z) for z in options]
     return (*max(scored, key=lambda pair: pair[0]), hypothesis)
+
+
+def start_of(hypothesis: Hypothesis) -> Array:
+    """Return where a first fit begins: a process noise that is wide, so that nothing is far."""
+    return widened(hypothesis, np.zeros(len(hypothesis.unknowns)))

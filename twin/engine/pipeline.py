@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis.result import Diagnosis, Finding
+from twin.engine.between import BETWEEN, choose
 from twin.engine.comparison import compare
 from twin.engine.detection import detect
 from twin.engine.exported import base_mechanisms
@@ -19,8 +20,8 @@ from twin.engine.offer import offer
 from twin.engine.pictures import force_pictures
 from twin.engine.predict import stages
 from twin.engine.prepare import DAMPING_TOLERANCE, TOLERANCE, UNKNOWN, Prepared, prepare
-from twin.engine.problem import Between, Problem
-from twin.engine.search import Explanation, Found, search, start_of
+from twin.engine.problem import Problem
+from twin.engine.search import Explanation, Found, search
 from twin.engine.valleys import Score
 from twin.engine.verdict import Judgement, judge
 from twin.estimation.fit import fit
@@ -33,19 +34,6 @@ Array = NDArray[np.float64]
 
 LOOSE = 50.0
 """How much wider tolerances are for the best twin without new physics: half of what is there."""
-
-FEW = 6
-"""Gauss-Newton steps that tell what the inputs do between samples: they differ by thousands of
-nats where it matters."""
-
-ENOUGH = 3.0
-"""Evidence [nat] for anything but band-limited inputs: the odds of 1 to 20 that analysers are."""
-
-BETWEEN: dict[Between, str] = {
-    "band_limited": "the inputs are taken as band-limited between the samples",
-    "linear": "the inputs are taken as straight lines between the samples",
-    "held": "the inputs are taken as held from sample to sample",
-}
 
 
 @dataclass
@@ -108,8 +96,9 @@ def diagnose(
         tolerance, damping_tolerance = max(tolerance, UNKNOWN), max(damping_tolerance, UNKNOWN)
     ready = prepare(twin, train, test, tolerance, damping_tolerance, added_mass)
     clock("calibrating the twin")
-    problem, start = _between(ready.train)
+    problem, start = choose(ready.train)
     found = search(problem, offer(problem, ready.kinds), clock, start)
+    problem = found.best.hypothesis.problem
     clock("judging the explanations")
     beside = stages(found.best.hypothesis, found.best.fit.z)
     judged = judge(found, beside, ready.faults)
@@ -145,26 +134,6 @@ def diagnose(
         seconds=clock.seconds,
         steps=dict(clock.steps),
     )
-
-
-def _between(problem: Problem) -> tuple[Problem, Array]:
-    """Return the problem with what the inputs do between samples, by evidence, and a calibration.
-
-    Band-limited unless another is better from there on.
-    """
-    best: tuple[float, Problem, Array] | None = None
-    for between in BETWEEN:
-        tried = replace(problem, between=between)
-        blank = Hypothesis(tried)
-        if best is None:
-            found = fit(blank, start_of(blank))
-            best = found.log_evidence, tried, found.z
-            continue
-        found = fit(blank, best[2], most=FEW, hopeless=best[0])
-        if found.log_evidence > best[0] + ENOUGH:
-            best = found.log_evidence, tried, found.z
-    assert best is not None
-    return best[1], best[2]
 
 
 def _calibrated(found: Found) -> Explanation:

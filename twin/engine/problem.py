@@ -27,6 +27,10 @@ PROCESS_SHARE, PROCESS_DEVIATION = 1e-3, 2.0
 """Prior of the process noise: a thousandth of the inertia forces, give or take a factor of seven;
 a linear structure and its analyser agree to about that."""
 
+EDGE = 16
+"""Samples at the end of a recording that are left out: a channel that is late ends before its
+recording does, by at most an eighth of a period of the band and as much for the filters."""
+
 TELLABLE = 1e-6
 """A stiffness pattern counts as another one where this share of it is not a sum of those before."""
 
@@ -109,7 +113,12 @@ class Problem:
     @cached_property
     def trials(self) -> tuple[Trial, ...]:
         """The recordings as the likelihood sees them."""
-        return tuple(Trial(r.u, self._smooth(r.u), r.y, self.step_s) for r in self.recordings)
+        return tuple(self._trial(r.u, r.y) for r in self.recordings)
+
+    def _trial(self, u: Array, y: Array) -> Trial:
+        known = np.array(y)
+        known[len(y) - EDGE :] = np.nan
+        return Trial(u, self._smooth(u), known, self.step_s)
 
     def _smooth(self, u: Array) -> Array:
         """Return inputs whose straight lines between samples are those of a band-limited signal.
@@ -136,7 +145,7 @@ class Problem:
                 columns = change(columns, self.sampling_hz)
             table = np.column_stack([columns[name] for name in names])
             u, y = table[:, :split], np.where(hidden, np.nan, table[:, split:])
-            out.append(Trial(u, self._smooth(u), y, self.step_s))
+            out.append(self._trial(u, y))
         return tuple(out)
 
     @cached_property
@@ -278,11 +287,6 @@ class Problem:
         w2 = np.maximum(np.diag(self.model.K), (2 * np.pi / 10) ** 2)
         forces = np.sqrt(np.mean((self.scale * w2) ** 2, axis=1))
         return np.asarray(PROCESS_SHARE * np.maximum(forces, 1e-12))
-
-
-def with_recordings(problem: Problem, recordings: Sequence[Measured], scale: Array) -> Problem:
-    """Return the same problem with other recordings, (recordings, n) the size of their motion."""
-    return replace(problem, recordings=tuple(recordings), scale=scale)
 
 
 def filled(y: Array) -> Array:

@@ -47,6 +47,9 @@ def screen(
     least = float(np.log(max(len(candidates), 2)))
     valleys = []
     for candidate in rest:
+        if not candidate.starts[0].parameters:  # it is there or not: a fit tells
+            valleys.append(candidate)
+            continue
         if candidate.starts[0].valleys == 1:
             scores += _of_linear(test, candidate)
             continue

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.engine.beginning import added, beginnings, likeliest, moved_to, widened
+from twin.engine.beginning import added, beginnings, likeliest, moved_to, start_of
+from twin.engine.between import again
 from twin.engine.candidates import Candidate, motions, scales_of
 from twin.engine.hypothesis import Hypothesis
 from twin.engine.predict import stages
@@ -78,11 +79,6 @@ class Found:
 Offer = Callable[[Sequence[Motion], Sequence[Run]], Sequence[Candidate]]
 
 
-def start_of(hypothesis: Hypothesis) -> Array:
-    """Return where a first fit begins: a process noise that is wide, so that nothing is far."""
-    return widened(hypothesis, np.zeros(len(hypothesis.unknowns)))
-
-
 def search(
     problem: Problem,
     offer: Offer,
@@ -137,6 +133,14 @@ def search(
             break
         best = fits[0]
         best = _without_needless(best, cost, tried)
+        hypothesis, found = again(best.hypothesis, best.fit)
+        if hypothesis is not best.hypothesis:
+            spent = cost * len(hypothesis.mechanisms)
+            best = Explanation(hypothesis, found, found.log_evidence - spent)
+            empty = replace(empty, problem=hypothesis.problem)
+            calibrated = fit(empty, calibrated.z)
+            nothing = Explanation(empty, calibrated, calibrated.log_evidence)
+            tried = {(): nothing}  # the others were with other inputs
         if _ends_in_trifles(best):
             break
         moved = motions(problem, best.hypothesis, best.fit.z)
