@@ -83,6 +83,14 @@ def test_without_a_law_nothing_is_negligible(problem):
     assert negligible(h, found, stages(h, found.z)) == [False]
 
 
+def test_an_instrument_is_as_good_as_its_calibration(problem):
+    for gain, small in ((1.004, True), (0.996, True), (1.006, False)):
+        for channel in ("acc_floor1", "force_floor2"):
+            h = hypothesis(problem, SensorGain(channel, gain))
+            found = fit(h, most=1, free=np.zeros(len(h.unknowns), bool))
+            assert negligible(h, found, stages(h, found.z)) == [small], (gain, channel)
+
+
 def test_a_channel_that_sees_a_law_jump_is_no_better_than_its_discrepancy(problem):
     for gain, small in ((1.0005, True), (1.2, False)):
         h = hypothesis(

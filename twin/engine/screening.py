@@ -23,7 +23,7 @@ from twin.engine.response import force_along, respond
 from twin.engine.valleys import Score, of_valleys
 from twin.estimation.fit import Fit
 from twin.estimation.likelihood import Value, evaluate, gaussian
-from twin.mechanisms.mechanism import Disturbance, Law, Mechanism
+from twin.mechanisms.mechanism import ChannelFault, Disturbance, Law, Mechanism
 
 Array = NDArray[np.float64]
 
@@ -53,7 +53,7 @@ def screen(
         if candidate.starts[0].valleys == 1:
             scores += _of_linear(test, candidate)
             continue
-        told = [_direction(test, candidate, s.scaled(SMALL)) for s in candidate.starts]
+        told = [_direction(test, candidate, s) for s in candidate.starts]
         found = [s for s, t in zip(candidate.starts, told, strict=True) if t and t[0] > least]
         scores.append(Score(candidate, candidate.starts[0], 0.0))
         if found:
@@ -162,13 +162,12 @@ def _of_linear(test: _ScoreTest, candidate: Candidate) -> list[Score]:
         return [freed]
     scores = []
     for first, alike in directions_of(candidate.starts):
-        small = first.scaled(SMALL)
-        if isinstance(first, Disturbance) or small == first:
+        if isinstance(first, Disturbance):
             whole = _near(test, candidate, first)
             rise = 0.0 if whole is None else whole.log_likelihood - test.fit.log_likelihood
             scores.append(Score(candidate, first, max(rise, 0.0)))
             continue
-        told = _direction(test, candidate, small)
+        told = _direction(test, candidate, first)
         if told is not None:
             gain, strength, shift = told
             scores += [_scaled(test, candidate, start, gain, strength / ratio, shift * ratio)
@@ -177,18 +176,33 @@ def _of_linear(test: _ScoreTest, candidate: Candidate) -> list[Score]:
 
 
 def _direction(
-    test: _ScoreTest, candidate: Candidate, small: Mechanism
+    test: _ScoreTest, candidate: Candidate, first: Mechanism
 ) -> tuple[float, float, Array] | None:
-    """Return gain and strength, of either sign, along what a small mechanism changes."""
-    near = _near(test, candidate, small)
+    """Return gain and strength, of either sign, along what a mechanism changes when it is small.
+
+    An instrument with a memory has an unknown state before the first sample however little it
+    does: its direction is that from little to twice as little.
+    """
+    near = _near(test, candidate, first.scaled(SMALL))
     if near is None:
         return None
+    before = test.runs
+    if isinstance(first, ChannelFault) and _remembers(first):
+        twice = _near(test, candidate, first.scaled(2 * SMALL))
+        if twice is None:
+            return None
+        before, near = near.runs, twice
     directions = []
-    for run, here, part in zip(near.runs, test.runs, test.parts, strict=True):
+    for run, here, part in zip(near.runs, before, test.parts, strict=True):
         change = (run.e - here.e)[:, :, None] / SMALL
         directions.append(part.whitened(np.ascontiguousarray(change)))
     gain, strength, shift = test.gains(directions)
     return float(gain[0]), float(strength[0]), shift[:, 0]
+
+
+def _remembers(fault: ChannelFault) -> bool:
+    instrument = fault.instrument(1.0)
+    return instrument is not None and len(instrument.A) > 0
 
 
 def _near(test: _ScoreTest, candidate: Candidate, start: Mechanism) -> Value | None:

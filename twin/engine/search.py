@@ -151,6 +151,8 @@ def search(
 
 def _ends_in_trifles(best: Explanation) -> bool:
     """Return whether the last mechanism found is smaller than what is left: so is what follows."""
+    if isinstance(best.hypothesis.mechanisms[-1], ChannelFault):
+        return False  # a channel's calibration says nothing of the structure
     return negligible(best.hypothesis, best.fit, stages(best.hypothesis, best.fit.z))[-1]
 
 

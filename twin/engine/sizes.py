@@ -3,7 +3,8 @@
 The size of what acts on the structure is the RMS of its modal force |p f|, that of an instrument's
 fault the RMS of what it changes in its channel. No law is exact: beside one, what is smaller than
 the discrepancy, or than the share of the laws' own forces that a discrepancy is expected to have,
-is nobody's finding, however much evidence many samples make of it.
+is nobody's finding, however much evidence many samples make of it. And an instrument is as good as
+its calibration.
 """
 
 from __future__ import annotations
@@ -21,6 +22,10 @@ from twin.mechanisms.mechanism import ChannelFault, Disturbance, Law, Structural
 from twin.model.linear import LinearModel
 
 Array = NDArray[np.float64]
+
+CALIBRATED = 0.005
+"""Share of its reading to which an instrument is calibrated at best (ISO 16063-21): what distorts
+it by less is no fault."""
 
 
 def forces(hypothesis: Hypothesis, z: Array, beside: Sequence[Stage]) -> list[float | None]:
@@ -74,7 +79,9 @@ def negligible(hypothesis: Hypothesis, fit: Fit, beside: Sequence[Stage]) -> lis
     left = max([*levels, DISCREPANCY_SHARE * float(np.linalg.norm(laws))], default=0.0)
     out = []
     for mechanism, size in zip(mechanisms, sizes, strict=True):
-        if size is not None:
+        if isinstance(mechanism, ChannelFault) and _calibrated(mechanism, model, beside):
+            out.append(True)
+        elif size is not None:
             out.append(0.0 < size < left)
         elif isinstance(mechanism, ChannelFault):
             smeared = [n for n in mechanism.channels if n in hypothesis.smeared]
@@ -85,6 +92,33 @@ def negligible(hypothesis: Hypothesis, fit: Fit, beside: Sequence[Stage]) -> lis
         else:
             out.append(False)
     return out
+
+
+def _calibrated(fault: ChannelFault, model: LinearModel, beside: Sequence[Stage]) -> bool:
+    """Return whether a fault distorts its channels by less than a calibration is good for.
+
+    What is added to a channel, as hum, is measured against its noise by the likelihood.
+    """
+    instrument = fault.instrument(1.0)
+    adds = instrument is not None and instrument.G.size > 0
+    if adds or fault.of_motor or not fault.parameters:
+        return False
+    worst = 0.0
+    for name in fault.channels:
+        driven = name in model.inputs
+        names = model.inputs if driven else model.outputs
+        for stage in beside:
+            values = stage.trial.u if driven else _predicted(stage)
+            column = list(names).index(name)
+            level = _rms([values[:, column]])
+            if level:
+                change = _rms([_altered(fault, stage, names, values)[:, column]])
+                worst = max(worst, change / level)
+    return worst < CALIBRATED
+
+
+def _predicted(stage: Stage) -> Array:
+    return np.asarray(np.nan_to_num(stage.trial.y) - stage.followed.e)
 
 
 def _change(before: LinearModel, after: LinearModel, count: int, stage: Stage) -> Array:
@@ -117,8 +151,8 @@ def _altered(fault: ChannelFault, stage: Stage, names: Sequence[str], values: Ar
 
 
 def _reading(fault: ChannelFault, stage: Stage, name: str, names: Sequence[str]) -> float:
-    predicted = np.nan_to_num(stage.trial.y) - stage.followed.e
-    return _rms([_altered(fault, stage, names, predicted)[:, list(names).index(name)]])
+    altered = _altered(fault, stage, names, _predicted(stage))
+    return _rms([altered[:, list(names).index(name)]])
 
 
 def _rms(pieces: Sequence[Array]) -> float:

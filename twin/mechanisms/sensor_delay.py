@@ -25,6 +25,7 @@ class SensorDelay(ChannelFault):
     reference: ClassVar[str] = "Laakso et al. 1996, Splitting the unit delay"
     in_samples: ClassVar[bool] = True
     mjcf: ClassVar[str] = "a channel's fault is not part of the model"
+    valleys: ClassVar[int] = 8  # what turns a phase far is no straight line
 
     delay: float = 0.0
 

@@ -28,6 +28,7 @@ class SensorHighpass(ChannelFault):
     parameters: ClassVar = {"corner": Parameter("Hz", "below which it loses", "log")}
     reference: ClassVar[str] = "Oppenheim and Schafer, Discrete-Time Signal Processing"
     mjcf: ClassVar[str] = "a channel's fault is not part of the model"
+    valleys: ClassVar[int] = 4  # what turns a phase far is no straight line
 
     corner: float = 0.0
 

@@ -34,6 +34,7 @@ class SensorResonance(ChannelFault):
     }
     reference: ClassVar[str] = "ISO 5348"
     mjcf: ClassVar[str] = "a channel's fault is not part of the model"
+    valleys: ClassVar[int] = 6  # what turns a phase far is no straight line
 
     frequency: float = np.inf
     damping_ratio: float = 0.05
