@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from twin.engine.hypothesis import Hypothesis
 from twin.engine.problem import Problem
 from twin.estimation.kalman import Gains, gains
-from twin.estimation.likelihood import Around, Run, around_at, gaussian, open_loop, run
+from twin.estimation.likelihood import Around, Run, around_at, gaps_in, gaussian, open_loop, run
 from twin.estimation.model import Assembly, Trial
 from twin.estimation.system import Noise, Sampled, sampled
 from twin.mechanisms.mechanism import ChannelFault, Mechanism
@@ -81,7 +81,7 @@ class Stage:
         blur = self.around.blur
         around = Around(self.around.bend, None if blur is None else blur[: len(first.y)])
         known = replace(self.noise, start=0 * self.noise.start)
-        gain = gains(self.plant, known, bend=around.bend)
+        gain = gains(self.plant, known, bend=around.bend, missing=gaps_in(first))
 
         def cost(s: Array) -> tuple[float, Array, Array]:
             """Return minus twice the log posterior, its gradient and its information, halved."""
@@ -177,7 +177,7 @@ def stages(hypothesis: Hypothesis, z: Array) -> list[Stage]:
         plant, noise = plants[here.which[t]], here.noises[t]
         everything = (*hypothesis.at(z), *hypothesis.problem.known)
         around = around_at(hypothesis, here, plants, t)
-        gain = gains(plant, noise, bend=around.bend)
+        gain = gains(plant, noise, bend=around.bend, missing=gaps_in(trial))
         out.append(Stage(everything, names, here, trial, plant, noise, gain, around))
     return out
 

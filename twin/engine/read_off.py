@@ -25,9 +25,9 @@ BLOW = 2.0
 """How much farther a spike goes than what a blow through a stiff structure does to an acceleration,
 whose mass and instruments are known to better than that."""
 
-MOST = 0.5
-"""Share of a channel's samples that a fault may hide; a channel of which most is lost is refused
-elsewhere, or what is taken for a fault is its motion."""
+MOST = 0.9
+"""Share of a channel's samples that faults may hide: of a tenth of the samples a filter still lives,
+and what would hide more is the channel's motion."""
 
 
 @dataclass(frozen=True)

@@ -101,6 +101,8 @@ def _density(e, y, innovation, blur, roots, white, balance):
                 pull[i] += roots[k, o, i] * white[k, o]
         for i in range(m):
             for l in range(m):  # noqa: E741
+                if missing[i] or missing[l]:
+                    continue
                 for o in range(max(i, l), m):
                     balance[which, i, l] += roots[k, o, i] * roots[k, o, l]
                 balance[which, i, l] -= pull[i] * pull[l]

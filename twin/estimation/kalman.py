@@ -58,7 +58,11 @@ class Bend:
 
 
 def gains(
-    sampled: Sampled, noise: Noise, first: int | None = None, bend: Bend | None = None
+    sampled: Sampled,
+    noise: Noise,
+    first: int | None = None,
+    bend: Bend | None = None,
+    missing: NDArray[np.bool_] | None = None,
 ) -> Gains:
     """Return the gains (Kalman 1960; held disturbances correlate state and output noise).
 
@@ -67,6 +71,8 @@ def gains(
         noise: levels, and the covariance of the state before the first sample.
         first: samples before the stationary gain takes over; as many as it needs without.
         bend: what laws add to the linear system, if there are laws.
+        missing: outputs that were not measured, (samples, m); there are then gains for every
+            sample (Jones 1980), and a missing output's innovation has variance 1.
 
     Raises:
         ValueError: the Riccati equation has no stationary solution.
@@ -78,6 +84,7 @@ def gains(
     state, held, innovation = _sequence(
         np.ascontiguousarray(A), C, W, V, Q, R, noise.start, P,
         -1 if first is None else first,
+        np.zeros((0, 0), bool) if missing is None else np.ascontiguousarray(missing),
     )  # fmt: skip
     return Gains(state, noise.held[:, None] * held, innovation, P)
 
@@ -184,8 +191,9 @@ def _propagate(A, W, Q, P, state, held, S, AP, K, KS):  # type: ignore[no-untype
 
 
 @numba.njit(nogil=True, cache=True)
-def _sequence(A, C, W, V, Q, R, start, stationary, first):  # type: ignore[no-untyped-def]
-    most = LONGEST_START if first < 0 else first
+def _sequence(A, C, W, V, Q, R, start, stationary, first, missing):  # type: ignore[no-untyped-def]
+    gaps = len(missing) > 0
+    most = len(missing) if gaps else LONGEST_START if first < 0 else first
     n, m, w = A.shape[0], C.shape[0], W.shape[1]
     state = np.zeros((most + 1, n, m))
     held = np.zeros((most + 1, w, m))
@@ -195,12 +203,30 @@ def _sequence(A, C, W, V, Q, R, start, stationary, first):  # type: ignore[no-un
     last_state, last_held, last = _update(C, V, R, stationary)
     size = np.abs(last).max()
     P = start.copy()
-    used = 0
+    used, settled = 0, False
     for k in range(most):
-        _correct(C, V, R, P, PC, state[k], held[k], innovation[k], inverse)
-        if first < 0 and np.abs(innovation[k] - last).max() <= SAME * size:
-            break
-        _propagate(A, W, Q, P, state[k], held[k], innovation[k], AP, K, KS)
+        gap = False
+        if gaps:
+            for o in range(m):
+                gap = gap or missing[k, o]
+        if gap:
+            if settled:
+                P[:] = stationary
+            settled = False
+            known_C, known_V, known_R = C.copy(), V.copy(), R.copy()
+            for o in range(m):
+                if missing[k, o]:
+                    known_C[o], known_V[o], known_R[o, o] = 0.0, 0.0, 1.0
+            _correct(known_C, known_V, known_R, P, PC, state[k], held[k], innovation[k], inverse)
+        elif not settled:
+            _correct(C, V, R, P, PC, state[k], held[k], innovation[k], inverse)
+            settled = first < 0 and np.abs(innovation[k] - last).max() <= SAME * size
+            if settled and not gaps:
+                break
+        if settled:
+            state[k], held[k], innovation[k] = last_state, last_held, last
+        else:
+            _propagate(A, W, Q, P, state[k], held[k], innovation[k], AP, K, KS)
         used = k + 1
     state[used], held[used], innovation[used] = last_state, last_held, last
     return state[: used + 1], held[: used + 1], innovation[: used + 1]

@@ -15,7 +15,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -175,12 +175,20 @@ def _trust(gain: Gains, blur: Array | None) -> Array:
     return trust
 
 
+def gaps_in(trial: Trial) -> NDArray[np.bool_] | None:
+    """Return which outputs are missing, (samples, m), None where all are there to the last one."""
+    missing = np.isnan(trial.y)
+    measured = np.flatnonzero(~missing.all(axis=1))
+    last = measured[-1] + 1 if len(measured) else 0
+    return missing if missing[:last].any() else None
+
+
 def around_at(model: Model, here: Assembly, plants: Sequence[Sampled], index: int) -> Around:
     """Return what the laws do on the average of a recording, by a pass that knows nothing of it."""
     if not here.laws:
         return Around()
     plant, trial = plants[here.which[index]], here.trials[index]
-    passed = run(here, trial, plant, gains(plant, here.noises[index]))
+    passed = run(here, trial, plant, gains(plant, here.noises[index], missing=gaps_in(trial)))
     return around_of(model, here, plant, passed)
 
 
@@ -198,8 +206,11 @@ def around_of(model: Model, here: Assembly, plant: Sampled, passed: Run) -> Arou
         k, c = np.linalg.lstsq(motion / size, passed.f[:, j], rcond=None)[0] / size
         rows.append(k * row + c * system.rate[j])
     tangent = np.array(rows)
-    bent = replace(system, A=system.A + system.E @ tangent)
-    whole = transition(bent.A, np.zeros((len(bent.A), 0)), plant.steps * plant.step_s, 0)[0]
+    if not np.all(np.isfinite(tangent)):
+        return Around(None, blur)
+    with np.errstate(all="ignore"):  # laws that run away here: another step will not go there
+        bent = system.A + system.E @ tangent
+        whole = transition(bent, np.zeros((len(bent), 0)), plant.steps * plant.step_s, 0)[0]
     bend = Bend(whole - plant.whole, system.F @ tangent)
     finite = np.all(np.isfinite(bend.whole)) and np.all(np.isfinite(bend.C))
     return Around(bend if finite else None, blur)
@@ -238,7 +249,7 @@ def evaluate(
 
     def one(index: int) -> Run:
         plant, trial, own = plants[here.which[index]], here.trials[index], around[index]
-        gain = gains(plant, here.noises[index], bend=own.bend)
+        gain = gains(plant, here.noises[index], bend=own.bend, missing=gaps_in(trial))
         slope = slopes[index] if slopes else None
         result = run(here, trial, plant, gain, slope, around=own)
         for place, assembly in slope.taken_back.items() if slope else ():
@@ -256,9 +267,11 @@ def evaluate(
         dS, columns = slopes[index].innovation, slopes[index].columns
         white = part.whitened(result.de)
         gradient[columns] -= white.T @ part.white.ravel()
-        gradient[columns] -= 0.5 * np.einsum("tij,tijp->p", part.balance, dS)
+        settled = len(dS) - 1
+        balance = np.concatenate([part.balance[:settled], part.balance[settled:].sum(0)[None]])
+        gradient[columns] -= 0.5 * np.einsum("tij,tijp->p", balance, dS)
         information[np.ix_(columns, columns)] += white.T @ white
-        S = result.gains.innovation
+        S = result.gains.innovation[[*range(settled), -1]]
         half = np.einsum("tij,tjkp->tikp", np.linalg.inv(S), dS)
         flat = half.reshape(-1, len(columns))
         counts = np.ones(len(S))

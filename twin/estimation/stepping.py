@@ -52,7 +52,8 @@ def predict(
         ramps: 1 for inputs that are linear between samples, 0 for held ones, (r,).
         scales: of force, displacement and rate at each port, (l, 3).
         dstep, dread, dgain, dnumbers: derivatives with respect to the first of the unknowns, these
-            in the last axis; with respect to the others they are zero. dgain has all p.
+            in the last axis; with respect to the others they are zero. dgain has all p, and its
+            last one is for all later samples.
         dx0: derivatives of the first state, (n, p).
         order: where each unknown's column goes in ``de_out``, (p,).
         e_out, de_out, x_out, z_out, f_out: filled, (samples, m), (samples, m, p), (samples, n),
@@ -121,7 +122,7 @@ def predict(
         if p:
             X[n:] = 0.0
             add_product(X, here, 0, Y, m)
-            add_contracted(X, dgain[min(k, len(gain) - 1)], e)
+            add_contracted(X, dgain[min(k, len(dgain) - 1)], e)
             _derivatives_at_ports(ports, X, n, dended)
             for j in range(count):
                 if laws[j, 1]:

@@ -8,6 +8,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
 from scipy.stats import norm
 
 from twin.mechanisms.mechanism import Array, ChannelFault, Surroundings
@@ -25,6 +26,10 @@ READ_OFF = 0.005
 NOISE = 6.0
 """Standard deviations of the noise, three to either side, within which a reading is at the end of
 the range: three in a thousand are farther."""
+
+RINGS = 5
+"""Samples over which an analyser's filter rings after a corner: two periods of its edge, at 0.78 of
+half the sampling rate."""
 
 TURNS = 1 / (np.sqrt(2) - 1)
 """Readings in a band at the summit of a parabola over those in the next band of the same width."""
@@ -78,9 +83,13 @@ class SensorClipping(ChannelFault):
         return cls(place, level, level)
 
     def spoiled(self, reading: Array) -> NDArray[np.bool_]:
-        """Return the samples at the end of the range."""
-        near = max(2 * READ_OFF * self.level, NOISE * noise_floor(reading))
-        return np.asarray(np.abs(reading) >= self.level - near)
+        """Return the samples at the end of the range, and some to either side of each.
+
+        To leave out by its own reading whoever stands near the end keeps those whose noise points
+        inwards; and a sensor that clips before the analyser's filter makes that ring.
+        """
+        near = max(2 * READ_OFF * self.level, NOISE / 2 * noise_floor(reading))
+        return np.asarray(binary_dilation(np.abs(reading) >= self.level - near, iterations=RINGS))
 
     def stands_out(self, reading: Array) -> bool:
         """Return whether more readings stand within the noise of the end than a motion has there.
