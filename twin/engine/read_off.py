@@ -26,7 +26,7 @@ BLOW = 2.0
 whose mass and instruments are known to better than that."""
 
 MOST = 0.9
-"""Share of a channel's samples that faults may hide: of a tenth of the samples a filter still lives,
+"""Share of a channel's samples that faults may hide: a filter still lives on a tenth of them,
 and what would hide more is the channel's motion."""
 
 

@@ -15,7 +15,7 @@ from twin.engine.hypothesis import Hypothesis
 from twin.engine.predict import stages
 from twin.engine.problem import Motion, Problem
 from twin.engine.screening import screen
-from twin.engine.sizes import negligible
+from twin.engine.sizes import forces, inexact
 from twin.engine.valleys import Score
 from twin.estimation.fit import Fit, fit
 from twin.estimation.likelihood import Run, evaluate
@@ -150,10 +150,13 @@ def search(
 
 
 def _ends_in_trifles(best: Explanation) -> bool:
-    """Return whether the last mechanism found is smaller than what is left: so is what follows."""
-    if isinstance(best.hypothesis.mechanisms[-1], ChannelFault):
+    """Return whether the last mechanism found is smaller than the laws before it are inexact."""
+    mechanisms, z = best.hypothesis.at(best.fit.z), best.fit.z
+    if isinstance(mechanisms[-1], ChannelFault) or not best.hypothesis.laws:
         return False  # a channel's calibration says nothing of the structure
-    return negligible(best.hypothesis, best.fit, stages(best.hypothesis, best.fit.z))[-1]
+    sizes = forces(best.hypothesis, z, stages(best.hypothesis, z))
+    last = len(sizes) - 1
+    return 0.0 < (sizes[last] or 0.0) < inexact(mechanisms, sizes, last)
 
 
 def _families(here: Hypothesis, scores: Sequence[Score], cost: float) -> list[list[Score]]:

@@ -18,7 +18,7 @@ from twin.engine.hypothesis import DISCREPANCY_SHARE, Hypothesis
 from twin.engine.plant import axis_of
 from twin.engine.predict import Stage
 from twin.estimation.fit import Fit
-from twin.mechanisms.mechanism import ChannelFault, Disturbance, Law, StructuralChange
+from twin.mechanisms.mechanism import ChannelFault, Disturbance, Law, Mechanism, StructuralChange
 from twin.model.linear import LinearModel
 
 Array = NDArray[np.float64]
@@ -67,18 +67,20 @@ def forces(hypothesis: Hypothesis, z: Array, beside: Sequence[Stage]) -> list[fl
 
 
 def negligible(hypothesis: Hypothesis, fit: Fit, beside: Sequence[Stage]) -> list[bool]:
-    """Return of every mechanism whether it is smaller than what is left beside the laws found."""
+    """Return of every mechanism whether it is smaller than what is left beside the others.
+
+    A law's own discrepancy says how good its form is, not whether it is there.
+    """
     model, problem = hypothesis.problem.model, hypothesis.problem
     mechanisms = hypothesis.at(fit.z)
     sizes = forces(hypothesis, fit.z, beside)
-    laws = [s for s, m in zip(sizes, mechanisms, strict=True) if isinstance(m, Law) and s]
-    levels = [
-        fit.values[f"discrepancy {port}"] * float(np.linalg.norm(model.port(port)))
-        for port in hypothesis.ports
-    ]
-    left = max([*levels, DISCREPANCY_SHARE * float(np.linalg.norm(laws))], default=0.0)
     out = []
-    for mechanism, size in zip(mechanisms, sizes, strict=True):
+    for index, (mechanism, size) in enumerate(zip(mechanisms, sizes, strict=True)):
+        left = inexact(mechanisms, sizes, index)
+        for port in hypothesis.ports:
+            if port != mechanism.place:
+                level = fit.values[f"discrepancy {port}"]
+                left = max(left, level * float(np.linalg.norm(model.port(port))))
         if isinstance(mechanism, ChannelFault) and _calibrated(mechanism, model, beside):
             out.append(True)
         elif size is not None:
@@ -92,6 +94,13 @@ def negligible(hypothesis: Hypothesis, fit: Fit, beside: Sequence[Stage]) -> lis
         else:
             out.append(False)
     return out
+
+
+def inexact(mechanisms: Sequence[Mechanism], sizes: Sequence[float | None], index: int) -> float:
+    """Return the RMS modal force by which the laws besides one are expected to be inexact."""
+    laws = [s for i, (s, m) in enumerate(zip(sizes, mechanisms, strict=True))
+            if i != index and isinstance(m, Law) and s]  # fmt: skip
+    return DISCREPANCY_SHARE * float(np.linalg.norm(laws))
 
 
 def _calibrated(fault: ChannelFault, model: LinearModel, beside: Sequence[Stage]) -> bool:
