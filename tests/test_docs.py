@@ -15,7 +15,7 @@ from twin.cli import main
 ROOT = Path(__file__).parents[1]
 PAGES = ["index.md", "add_mechanism.md", *(
     f"howto/{name}.md"
-    for name in ("virtual_frame", "identify", "control", "diagnose", "own_structure")
+    for name in ("virtual_frame", "identify", "control", "diagnose", "rehearse", "own_structure")
 )]  # fmt: skip
 NOTEBOOKS = ["1_test_and_identify", "2_from_file_to_physics", "3_own_structure"]
 BLOCK = re.compile(r"^```(python|sh)\n(.*?)^```", re.M | re.S)

@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from twin.model.from_sysid import from_sysid
     from twin.place import Place
     from twin.recording import Recording
+    from twin.rehearsal.plan import read_plan
+    from twin.rehearsal.rehearse import rehearse
     from twin.second_order import SecondOrderModel
     from twin.state_space import StateSpace
 
@@ -53,6 +55,8 @@ __all__ = [
     "identify",
     "mac",
     "read",
+    "read_plan",
+    "rehearse",
     "shaker_test",
 ]
 
@@ -68,6 +72,8 @@ _ROOMS = {
     "TwinError": "errors",
     "from_sysid": "model.from_sysid",
     "mac": "modal",
+    "read_plan": "rehearsal.plan",
+    "rehearse": "rehearsal.rehearse",
 }
 """Where the nouns are; the verbs are in ``twin.api``."""
 

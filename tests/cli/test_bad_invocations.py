@@ -56,6 +56,11 @@ WRONG = {
     "fetch": ["nope", "silverbox --from nope", "silverbox --out bad.xml/deep"],
     "inspect": ["", "nope", "bad.xml", "a.csv --model nope", "folder", "a.csv --json a.csv"],
     "concealed": ["--cases -1", "--table foo", "--table foo=3", "--table pairs=x"],
+    "rehearse": [
+        "", MODEL, f"{MODEL} --plan no.toml", f"{MODEL} --plan bad.xml", f"{MODEL} --plan folder",
+        f"{MODEL} --plan empty.csv", "nope --plan empty.csv", f"{MODEL} --plan a.csv --verify -1",
+        f"{MODEL} --plan a.csv --json no/x", f"{MODEL} --plan a.csv --out bad.xml/deep",
+    ],
     "paper": ["--json no/x", "--out bad.xml/deep"],
     "demo": ["--seed -3", "--out bad.xml/deep"],
 }  # fmt: skip

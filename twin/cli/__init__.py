@@ -20,6 +20,7 @@ COMMANDS = (
     "test",
     "identify",
     "concealed",
+    "rehearse",
     "paper",
     "control",
     "tune",

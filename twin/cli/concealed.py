@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor
-from contextlib import contextmanager
+from collections.abc import Sequence
 from importlib import import_module
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -16,6 +12,7 @@ from rich.console import Console
 from rich.progress import Progress, TaskID
 
 from twin.cli.common import Json, Out, Seed, check_folder, check_json_target, console, write_json
+from twin.cli.executors import Scheduler, Workers, executor_of
 from twin.errors import TwinError, available
 
 DEFAULT_FOLDER = Path("twin-concealed")
@@ -39,15 +36,8 @@ def concealed(
     none: Annotated[
         int, typer.Option("--none", min=0, max=MOST, help="Rigs with nothing concealed.")
     ] = 2,
-    workers: Annotated[
-        int, typer.Option("--workers", min=0, help="Processes; 0 for as many as there are cores.")
-    ] = 0,
-    scheduler: Annotated[
-        str | None,
-        typer.Option(
-            "--scheduler", metavar="ADDRESS", help="A Dask cluster that sees the folder of --out."
-        ),
-    ] = None,
+    workers: Workers = 0,
+    scheduler: Scheduler = None,
     out: Out = None,
     table: Annotated[
         list[str] | None,
@@ -83,7 +73,7 @@ def concealed(
     shown = Console(stderr=True)
     with (
         Progress(console=shown, transient=True, disable=not shown.is_terminal) as bar,
-        _executor(workers, scheduler) as executor,
+        executor_of(workers, scheduler) as executor,
     ):
         bars: dict[str, TaskID] = {}
 
@@ -128,27 +118,3 @@ def _generator() -> str:
             continue
         return name
     raise TwinError("the generator of concealed cases is neither installed nor in this checkout")
-
-
-@contextmanager
-def _executor(workers: int, scheduler: str | None) -> Iterator[Executor]:
-    """Give a pool of processes, or that of a Dask cluster."""
-    if scheduler is None:
-        # one thread of linear algebra a process, in the children and before they load it
-        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-        # spawn: a fork would copy the progress bar's thread in whatever state it is
-        with ProcessPoolExecutor(workers or os.cpu_count(), get_context("spawn")) as executor:
-            yield executor
-        return
-    try:
-        from distributed import Client
-    except ImportError:
-        raise TwinError(
-            "--scheduler needs Dask: pip install 'frame-twin[cluster]', or leave it out"
-        ) from None
-    try:
-        client = Client(scheduler, timeout=10)
-    except (OSError, TimeoutError, ValueError) as error:
-        raise TwinError(f"--scheduler {scheduler}: no Dask cluster there ({error})") from None
-    with client:
-        yield client.get_executor()

@@ -1,0 +1,111 @@
+"""Predicted limits: they follow the noise, the drawing's tolerance and what else there is."""
+
+import numpy as np
+import pytest
+from rehearsal_support import plan
+
+from twin.mechanisms.coulomb_friction import CoulombFriction
+from twin.mechanisms.sensor_gain import SensorGain
+from twin.model import Twin
+from twin.rehearsal.bench import Bench
+from twin.rehearsal.recordings import recorded
+from twin.rehearsal.rehearse import predicted
+from twin.rehearsal.sensitivity import APART, needed_nats
+from twin.rehearsal.whitening import Whitener
+
+TWIN = Twin.load("two_storey_lumped")
+
+
+def limits(**changes):
+    bench = Bench.of(TWIN, plan(**changes), 0)
+    return {e.label: p for e, p in zip(bench.effects, predicted(bench), strict=True)}
+
+
+def concealing(*names):
+    return {"conceal": {"mechanisms": list(names)}}
+
+
+def test_noise_alone_is_white_with_unit_variance():
+    bench = Bench.of(TWIN, plan(noise={"acc": 0.02, "force": 0.02}), 0)
+    white = Whitener(bench.model, bench.trials[0])
+    # what the recording has beyond the prediction from its measured force is noise
+    (made,) = white([bench.trials[0].y - white.nominal]).T
+    made = made[200:]
+    assert np.std(made) == pytest.approx(1.0, abs=0.12)
+    lagged = made[2:] @ made[:-2] / (made @ made)
+    assert abs(lagged) < 5 / np.sqrt(len(made))
+
+
+@pytest.mark.parametrize(
+    "mechanism", [CoulombFriction("storey1", 3e-4), SensorGain("acc_floor1", 1.01)]
+)
+def test_what_is_predicted_to_change_is_what_changes_in_mujoco(mechanism):
+    quiet = {"noise": {"acc": 0.0, "force": 0.0}}
+    bench = Bench.of(TWIN, plan(**quiet), 3)
+    white = Whitener(bench.model, bench.trials[0])
+    made = recorded(TWIN, bench.plan, 3, mechanism)[0].matrix(bench.model.outputs)
+    change = made - bench.trials[0].y
+    expected = white.change(mechanism)
+    assert np.sqrt(np.mean((change - expected) ** 2)) < 0.1 * np.sqrt(np.mean(change**2))
+
+
+def test_twice_the_noise_is_nearly_twice_the_limit():
+    few, many = (
+        limits(noise={"acc": share, "force": share})["coulomb_friction", "storey1"].seen
+        for share in (0.02, 0.04)
+    )
+    assert many / few == pytest.approx(2.0, rel=0.1)
+
+
+def test_a_stiffness_is_seen_only_beyond_the_drawings_tolerance():
+    made = {t: limits(tolerance=t, **concealing("stiffness")) for t in (0.005, 0.02)}
+    tight, loose = (made[t]["stiffness", "storey1"].seen for t in (0.005, 0.02))
+    # L = (size / tolerance)^2 / 2 where the data say all: 18 nats are six tolerances
+    assert loose / tight == pytest.approx(4.0, rel=0.15)
+    least = np.sqrt(2 * needed_nats(2)) * 0.02 / 0.05
+    assert loose == pytest.approx(least, rel=0.2)
+
+
+def test_places_that_look_alike_are_told_apart_last():
+    prospect = limits()["coulomb_friction", "storey1"]
+    assert prospect.rival == ("coulomb_friction", "storey2")
+    assert prospect.named >= prospect.seen
+
+
+def test_one_sensor_tells_less_than_two():
+    one = limits(sensors=["acc_floor2"])["coulomb_friction", "storey1"]
+    two = limits()["coulomb_friction", "storey1"]
+    assert one.named > two.named
+
+
+def test_what_has_no_size_is_seen_or_not():
+    made = limits(**concealing("sensor_polarity", "sensor_gain"))
+    assert made["sensor_polarity", "acc_floor1"].seen == 1.0
+    assert made["sensor_gain", "acc_floor1"].rival != ("sensor_polarity", "acc_floor1")
+
+
+def test_what_is_read_off_needs_spikes_beyond_the_noise():
+    made = [
+        limits(noise={"acc": share}, **concealing("sensor_spikes"))["sensor_spikes", "acc_floor1"]
+        for share in (0.002, 0.05)
+    ]
+    assert made[0].seen < made[1].seen < np.inf
+
+
+def test_a_force_that_nobody_measures_is_seen_above_the_noise():
+    seen = [
+        limits(noise={"acc": s, "force": s}, **concealing("unmeasured_force"))[
+            "unmeasured_force", "floor1"
+        ].seen
+        for s in (0.005, 0.05)
+    ]
+    assert seen[0] < seen[1]
+
+
+def test_needed_nats_are_those_that_nine_of_ten_tests_have():
+    rng = np.random.default_rng(1)
+    mean = needed_nats(40)
+    ratio = mean + np.sqrt(2 * mean) * rng.standard_normal(200_000)
+    assert np.mean(ratio > np.log(40 / 0.01)) == pytest.approx(0.9, abs=0.005)
+    apart = APART + np.sqrt(2 * APART) * rng.standard_normal(200_000)
+    assert np.mean(apart > 0) == pytest.approx(0.9, abs=0.005)
