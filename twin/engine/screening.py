@@ -53,9 +53,10 @@ def screen(
         if candidate.starts[0].valleys == 1:
             scores += _of_linear(test, candidate)
             continue
-        told = [_direction(test, candidate, s) for s in candidate.starts]
-        found = [s for s, t in zip(candidate.starts, told, strict=True) if t and t[0] > least]
+        found = [s for s in candidate.starts if _promise(test, candidate, s) > least]
         scores.append(Score(candidate, candidate.starts[0], 0.0))
+        if found and isinstance(found[0], Disturbance):
+            found = list(candidate.starts)  # by itself each says little of the others
         if found:
             valleys.append(replace(candidate, starts=tuple(found)))
     scores += of_valleys(fit, hypothesis, valleys)
@@ -162,17 +163,24 @@ def _of_linear(test: _ScoreTest, candidate: Candidate) -> list[Score]:
         return [freed]
     scores = []
     for first, alike in directions_of(candidate.starts):
-        if isinstance(first, Disturbance):
-            whole = _near(test, candidate, first)
-            rise = 0.0 if whole is None else whole.log_likelihood - test.fit.log_likelihood
-            scores.append(Score(candidate, first, max(rise, 0.0)))
-            continue
         told = _direction(test, candidate, first)
         if told is not None:
             gain, strength, shift = told
             scores += [_scaled(test, candidate, start, gain, strength / ratio, shift * ratio)
                        for start, ratio in alike]  # fmt: skip
     return scores
+
+
+def _promise(test: _ScoreTest, candidate: Candidate, start: Mechanism) -> float:
+    """Return the rise of the log likelihood that the score test expects, of either sign [nat].
+
+    A force that nobody measured changes the innovations' covariance alone: it is tried as it is.
+    """
+    if isinstance(start, Disturbance):
+        whole = _near(test, candidate, start)
+        return -np.inf if whole is None else whole.log_likelihood - test.fit.log_likelihood
+    told = _direction(test, candidate, start)
+    return -np.inf if told is None else told[0]
 
 
 def _direction(

@@ -152,7 +152,7 @@ def search(
 def _ends_in_trifles(best: Explanation) -> bool:
     """Return whether the last mechanism found is smaller than the laws before it are inexact."""
     mechanisms, z = best.hypothesis.at(best.fit.z), best.fit.z
-    if isinstance(mechanisms[-1], ChannelFault) or not best.hypothesis.laws:
+    if isinstance(mechanisms[-1], ChannelFault):
         return False  # a channel's calibration says nothing of the structure
     sizes = forces(best.hypothesis, z, stages(best.hypothesis, z))
     last = len(sizes) - 1
@@ -207,7 +207,7 @@ def _without_needless(
     while len(best.hypothesis.mechanisms) > 1:
         options = []
         for index in range(len(best.hypothesis.mechanisms) - 1):
-            fewer = dropped(best, index, cost)
+            fewer = dropped(best, index, cost, tuple(tried.values()))
             if fewer is not None:
                 tried.setdefault(tuple(sorted(fewer.labels)), fewer)
                 options.append(fewer)
@@ -218,8 +218,13 @@ def _without_needless(
     return best
 
 
-def dropped(best: Explanation, index: int, cost: float) -> Explanation | None:
-    """Return the explanation without one of its mechanisms, fitted again."""
+def dropped(
+    best: Explanation, index: int, cost: float, tried: Sequence[Explanation] = ()
+) -> Explanation | None:
+    """Return the explanation without one of its mechanisms, fitted again.
+
+    The fit begins where the others are now, or where they were without it, whichever is likelier.
+    """
     h = best.hypothesis
     fewer = replace(
         h,
@@ -227,7 +232,13 @@ def dropped(best: Explanation, index: int, cost: float) -> Explanation | None:
         priors=(*h.priors[:index], *h.priors[index + 1 :]),
     )
     known = {u.name: x for u, x in zip(h.unknowns, best.fit.z, strict=True)}
-    z = np.array([known[u.name] for u in fewer.unknowns])
+    kept = {(m.name, m.place) for m in fewer.mechanisms}
+    options = [np.array([known[u.name] for u in fewer.unknowns])]
+    for e in tried:
+        if e.labels and set(e.labels) <= kept:
+            then = dict(zip((u.name for u in e.hypothesis.unknowns), e.fit.z, strict=True))
+            options.append(np.array([then.get(u.name, known[u.name]) for u in fewer.unknowns]))
+    _, z, _ = likeliest(fewer, options)
     spent = cost * len(fewer.mechanisms)
     try:
         found = fit(fewer, z, hopeless=best.log_odds + spent)

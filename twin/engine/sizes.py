@@ -97,9 +97,12 @@ def negligible(hypothesis: Hypothesis, fit: Fit, beside: Sequence[Stage]) -> lis
 
 
 def inexact(mechanisms: Sequence[Mechanism], sizes: Sequence[float | None], index: int) -> float:
-    """Return the RMS modal force by which the laws besides one are expected to be inexact."""
+    """Return the RMS modal force by which laws and disturbances besides one are likely inexact.
+
+    No law has quite the form that it is given, and no disturbance quite the spectrum.
+    """
     laws = [s for i, (s, m) in enumerate(zip(sizes, mechanisms, strict=True))
-            if i != index and isinstance(m, Law) and s]  # fmt: skip
+            if i != index and isinstance(m, Law | Disturbance) and s]  # fmt: skip
     return DISCREPANCY_SHARE * float(np.linalg.norm(laws))
 
 

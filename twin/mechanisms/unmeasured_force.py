@@ -22,6 +22,10 @@ ORDER = 4
 """Of the Butterworth filter that gives a band its edges."""
 
 
+EDGED = 0.25
+"""Width over frequency of the first guess of a band with edges: a third of an octave."""
+
+
 @dataclass(frozen=True)
 class UnmeasuredForce(Disturbance):
     """A force along a port [N] or an acceleration of the base [m/s^2]: a band of noise.
@@ -44,6 +48,7 @@ class UnmeasuredForce(Disturbance):
         "bandwidth": Parameter("Hz", "how broad it lies; to zero for a sinusoid", "log"),
     }
     reference: ClassVar[str] = "Hartikainen and Sarkka 2011; Rogers and Friis 2022"
+    valleys: ClassVar[int] = 8  # one at every frequency, with and without edges
     mjcf: ClassVar[str] = "a disturbance is not part of the model"
 
     rms: float = 0.0
@@ -92,7 +97,10 @@ class UnmeasuredForce(Disturbance):
 
     @classmethod
     def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:
-        """Return a broad band, and narrow bands at, between and around the frame's frequencies."""
+        """Return broad bands, and narrow bands at, between and around the frame's frequencies.
+
+        Where a spectrum has steep edges, an oscillator's shape takes it for a force elsewhere.
+        """
         own = np.sort(np.asarray(around.natural_frequencies, float))
         middle = float(np.sqrt(own[0] * own[-1])) if len(own) else 1.0
         scale = 0.02 * around.stiffness * rms(around.drift)
@@ -101,7 +109,9 @@ class UnmeasuredForce(Disturbance):
         lines = [*around.peaks, *own[:4], *np.sqrt(own[1:] * own[:-1])[:3]]
         widths = [(f, 0.002 * f) for f in around.peaks] + [(f, 0.02 * f) for f in lines]
         narrow = (cls(place, scale, float(f), float(width)) for f, width in widths)
-        return (cls(place, scale, middle, 2 * middle), *narrow)
+        edged = (cls(place, scale, float(f), EDGED * float(f), 1.0) for f in around.peaks[:2])
+        broad = (cls(place, scale, middle, 2 * middle, edges) for edges in (0.0, 1.0))
+        return (*broad, *narrow, *edged)
 
 
 def _band(low: float, high: float) -> tuple[Array, Array, Array]:
