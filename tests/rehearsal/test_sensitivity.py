@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
-from rehearsal_support import plan
+from rehearsal_support import SHAKEN, plan
 
 from twin.mechanisms.coulomb_friction import CoulombFriction
 from twin.mechanisms.sensor_gain import SensorGain
 from twin.model import Twin
 from twin.rehearsal.bench import Bench
+from twin.rehearsal.read_off import calibration_limit
 from twin.rehearsal.recordings import recorded
 from twin.rehearsal.rehearse import predicted
 from twin.rehearsal.sensitivity import APART, needed_nats
@@ -109,3 +110,37 @@ def test_needed_nats_are_those_that_nine_of_ten_tests_have():
     assert np.mean(ratio > np.log(40 / 0.01)) == pytest.approx(0.9, abs=0.005)
     apart = APART + np.sqrt(2 * APART) * rng.standard_normal(200_000)
     assert np.mean(apart > 0) == pytest.approx(0.9, abs=0.005)
+
+
+def test_what_takes_stiffness_away_is_no_rival_of_what_adds_it():
+    made = limits(**concealing("stiffness", "p_delta"))
+    assert made["stiffness", "storey1"].named < np.inf
+    assert made["stiffness", "storey1"].rival != ("p_delta", "storey1")
+
+
+def test_a_gap_in_between_is_a_rival_too():
+    few = limits(**concealing("cubic_stiffness"))["cubic_stiffness", "storey1"]
+    more = limits(**concealing("cubic_stiffness", "clearance"))["cubic_stiffness", "storey1"]
+    assert more.rival == ("clearance", "storey1")
+    assert more.named > few.named
+
+
+def test_an_instrument_is_no_better_than_its_calibration():
+    quiet = {"noise": {"acc": 1e-5, "force": 1e-5}, **concealing("sensor_gain", "sensor_drift")}
+    bench = Bench.of(TWIN, plan(**quiet), 0)
+    for effect, prospect in zip(bench.effects, predicted(bench), strict=True):
+        least = calibration_limit(effect, bench.recordings)
+        if effect.label[0] == "sensor_drift":
+            assert least == 0.0
+        else:
+            assert effect.size(least) == pytest.approx(1.005, abs=4e-4)
+            assert prospect.named >= prospect.seen >= least
+
+
+def test_a_fault_of_a_channel_that_some_recordings_lack_is_in_the_others():
+    other = {**SHAKEN, "at": "floor1"}
+    mixed = plan(recordings=[SHAKEN, other, {**SHAKEN, "use": "test"}])
+    sound = recorded(TWIN, mixed, 1)
+    faulty = recorded(TWIN, mixed, 1, SensorGain("force_floor2", 2.0))
+    assert np.allclose(faulty[0].column("force_floor2"), 2 * sound[0].column("force_floor2"))
+    assert np.array_equal(faulty[1].data, sound[1].data)

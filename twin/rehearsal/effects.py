@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -32,9 +32,9 @@ LEAST_TIMES, MOST_TIMES = 1e-7, 1e3
 """Multiples of a visible effect that a size is looked for among: a gain of 5 % to the thousandth
 power is still a number."""
 
-SHAPES = 3
-"""First guesses of a mechanism that are compared as rivals: small, middle and large gaps, corners
-and frequencies; each costs a response."""
+SHAPES = 5
+"""First guesses of a mechanism that are compared as rivals: gaps, corners and frequencies to both
+sides of the reference's; each costs a response."""
 
 
 @dataclass(frozen=True)
@@ -43,13 +43,15 @@ class Effect:
 
     Attributes:
         reference: the mechanism at size one: a middle first guess of its own.
-        shapes: its other first guesses, with the reference first.
+        shapes: first guesses of different shapes, neighbours beside each other.
+        middle: which of them is the reference.
         unit: of the size.
         own: what the structure itself has there in that unit, for a share; 0 for nothing.
     """
 
     reference: Mechanism
     shapes: tuple[Mechanism, ...]
+    middle: int
     unit: str
     own: float = 0.0
 
@@ -124,6 +126,14 @@ def strength_of(mechanism: Mechanism) -> str | None:
     return next((n for n, value in mechanism.values.items() if stronger[n] != value), None)
 
 
+def adds(mechanism: Mechanism) -> bool:
+    """Return whether a fault adds a process of its own to its channel: hum, drift."""
+    if not isinstance(mechanism, ChannelFault):
+        return False
+    made = mechanism.instrument(1.0)
+    return made is not None and made.G.size > 0
+
+
 def effects_of(
     plan: Plan, model: LinearModel, kinds: Mapping[str, str], around: Mapping[str, Surroundings]
 ) -> tuple[Effect, ...]:
@@ -168,19 +178,38 @@ def _effect(
     cls: type[Mechanism], place: str, around: Surroundings, model: LinearModel,
     kinds: Mapping[str, str], values: Mapping[str, float],
 ) -> Effect | None:  # fmt: skip
-    starts: Sequence[Mechanism]
+    starts: list[Mechanism]
     if cls.name in BY_FIELD:
-        starts = (_read_off(cls, place, around),)
+        starts = [_read_off(cls, place, around)]
     else:
-        every = cls.starts(place, around)
-        starts = [s for s in every if np.isfinite(list(s.values.values())).all()]
+        offered = cls.starts(place, around)
+        starts = [s for s in offered if np.isfinite(list(s.values.values())).all()]
     if not starts:
         return None
     starts = [start.with_values(values) for start in starts]
-    middle = starts[len(starts) // 2]
-    picked = np.unique(np.linspace(0, len(starts) - 1, SHAPES).round().astype(int))
-    shapes = (middle, *(starts[i] for i in picked if starts[i] is not middle))
-    return Effect(middle, shapes, _unit(middle, model, kinds), _own(middle, around))
+    reference = starts[len(starts) // 2]
+    different: dict[tuple[float, ...], Mechanism] = {}
+    for start in starts:
+        different.setdefault(_shape(start), start)
+    different[_shape(reference)] = reference
+    every = list(different.values())
+    middle = every.index(reference)
+    first = int(np.clip(middle - SHAPES // 2, 0, max(len(every) - SHAPES, 0)))
+    shapes = tuple(every[first : first + SHAPES])
+    unit = _unit(reference, model, kinds)
+    return Effect(reference, shapes, middle - first, unit, _own(reference, around))
+
+
+def _shape(mechanism: Mechanism) -> tuple[float, ...]:
+    """Return what is the same however strong a mechanism is; two of one shape differ in size."""
+    values, twice = mechanism.values, mechanism.scaled(2.0).values
+    strong = [n for n in values if values[n] != twice[n]]
+    scale = next((abs(values[n]) for n in strong if values[n]), 1.0)
+    if mechanism.name == "sensor_gain":  # its size is a distance from one
+        return (float(np.sign(values["gain"] - 1)),)
+    return tuple(
+        float(f"{values[n] / scale if n in strong else values[n]:.6g}") for n in sorted(values)
+    )
 
 
 def _read_off(cls: type[Mechanism], place: str, around: Surroundings) -> Mechanism:

@@ -50,7 +50,11 @@ def recorded(
         if isinstance(effect, Disturbance):
             assert model is not None
             recording = _disturbed(recording, model, effect, stream(seed, number, "disturbance"))
-        elif isinstance(effect, ChannelFault) and by_instrument:
+        elif (
+            isinstance(effect, ChannelFault)
+            and by_instrument
+            and set(effect.channels) <= set(recording.names)
+        ):
             columns = {name: recording.column(name) for name in recording.names}
             faulty = effect.distort(columns, recording.sampling_hz)
             data = np.column_stack([faulty[name] for name in recording.names])

@@ -11,7 +11,7 @@ import hashlib
 import json
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from math import inf, isfinite
 from pathlib import Path
 from time import perf_counter
@@ -24,10 +24,11 @@ from twin.errors import TwinError
 from twin.files import check_folder
 from twin.mechanisms.mechanism import ChannelFault, Mechanism
 from twin.model import Twin
+from twin.model.linear import LinearModel
 from twin.rehearsal.bench import Bench
 from twin.rehearsal.effects import Effect
 from twin.rehearsal.plan import Plan, read_plan
-from twin.rehearsal.read_off import read_off_limit
+from twin.rehearsal.read_off import calibration_limit, read_off_limit
 from twin.rehearsal.recordings import recorded
 from twin.rehearsal.result import Limit, Rehearsal, Status, Try
 from twin.rehearsal.sensitivity import Prospect, prospects, same_place
@@ -156,6 +157,10 @@ def predicted(bench: Bench) -> list[Prospect]:
         if isinstance(effect.reference, ChannelFault) and not effect.reference.fitted:
             limit = read_off_limit(effect, bench.recordings)
             found[i] = Prospect(limit, limit, None)
+        elif isinstance(effect.reference, ChannelFault) and effect.sized:
+            least = calibration_limit(effect, bench.recordings)
+            found[i] = replace(found[i], seen=max(found[i].seen, least),
+                               named=max(found[i].named, least))  # fmt: skip
     return found
 
 
@@ -216,13 +221,27 @@ def _ladder(effect: Effect, plan: Plan, expected: Prospect) -> Callable[[int], f
 
 
 def _try(effect: Effect, times: float, answer: Mapping[str, Any], bench: Bench) -> Try:
-    if "error" in answer:
-        return Try(effect.size(times), False, str(answer["error"]), answer["seconds"])
-    name, place = effect.label
-    first = answer["findings"][0] if answer["findings"] else None
-    right = first is not None and first[0] == name and same_place(first[1], place, bench.model)
-    said = "nothing" if first is None else f"{first[0]} at {first[1]}"
+    right, said = first_named(answer, effect.label, bench.model)
     return Try(effect.size(times), right, said, answer["seconds"])
+
+
+def first_named(
+    answer: Mapping[str, Any], label: tuple[str, str], model: LinearModel
+) -> tuple[bool, str]:
+    """Return whether mechanism and place stand first in an answer, and what stands there in words.
+
+    Args:
+        answer: what ``diagnosed`` returned.
+        label: the mechanism that is concealed, and its place.
+        model: whose ports the places are.
+    """
+    if "error" in answer:
+        return False, str(answer["error"])
+    if not answer["findings"]:
+        return False, "nothing"
+    name, place = answer["findings"][0]
+    right = name == label[0] and same_place(place, label[1], model)
+    return right, f"{name} at {place}"
 
 
 def _result(

@@ -6,10 +6,10 @@ that the drawing's tolerance can take up, the true model is on average
 
     L(s) = s^2 g^T g / 2     nats
 
-likelier than the twin without the effect, and L (1 - cos^2) likelier than another effect h of any
-size, cos the cosine between g and h.
+likelier than the twin without the effect, and L (1 - R^2) likelier than another effect of any size
+and shape, R^2 the share of g that the other explains.
 
-Source: Rao 1948 (score test); Kay, Fundamentals of Statistical Signal Processing, ch. 3 and 15.
+Source: Rao 1948 (score test); MacKay 1992, Bayesian interpolation (what a parameter costs).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from scipy.special import ndtri
 
 from twin.mechanisms.mechanism import ChannelFault, Disturbance, Mechanism
 from twin.model.linear import LinearModel
-from twin.rehearsal.effects import Effect, sized
+from twin.rehearsal.effects import Effect, adds, sized
 from twin.rehearsal.whitening import Trial, Whitener
 
 Array = NDArray[np.float64]
@@ -38,6 +38,17 @@ FOUND = 0.9
 
 FARTHEST = 100.0
 """Multiples of a visible effect beyond which no limit is stated: the linear prediction is void."""
+
+
+SPREAD = 1.5
+"""Prior deviation of a parameter's logarithm: a factor of four and a half either way. Where the
+data tell it to 1 / sqrt(2 L), the evidence pays ln(1.5 sqrt(2 L)) for it (MacKay 1992)."""
+
+CLOSE = 1.01
+"""A size is solved for to a hundredth."""
+
+SAME = 1e-6
+"""Share of two directions' area below which they are one."""
 
 
 @dataclass(frozen=True)
@@ -97,11 +108,11 @@ def prospects(
     """
     whitened = [Whitener(model, trial) for trial in trials]
     base = _own(model, Known(SMALL * known.tolerance, SMALL * known.damping_tolerance))
-    # nuisance first, then the shapes of each effect, the reference first
+    # nuisance first, then the shapes of each effect, in their order
     directions: list[tuple[int, Mechanism]] = [
         (i, shape)
         for i, effect in enumerate(effects)
-        for shape in (effect.shapes if effect.sized else effect.shapes[:1])
+        for shape in effect.shapes
         if not isinstance(shape, Disturbance)
     ]
     gram = np.zeros((len(base) + len(directions),) * 2)
@@ -116,11 +127,12 @@ def prospects(
     inside = _beside(gram, len(base))
     wanted = needed_nats(len(effects))
     owners = np.array([i for i, _ in directions], int)
+    groups = [np.flatnonzero(owners == i) for i in range(len(effects))]
     same = [_no_rivals(effects, i, model) for i in range(len(effects))]
     return [
-        _of_disturbance(whitened, effect, wanted)
-        if isinstance(effect.reference, Disturbance)
-        else _prospect(inside, owners, i, same[i], effects, wanted)
+        _of_process(whitened, effect, wanted)
+        if isinstance(effect.reference, Disturbance) or adds(effect.reference)
+        else _prospect(inside, groups, i, same[i], effects, wanted)
         for i, effect in enumerate(effects)
     ]
 
@@ -131,23 +143,50 @@ def _beside(gram: Array, count: int) -> Array:
     return np.asarray(rest - across.T @ np.linalg.solve(np.eye(count) + own, across))
 
 
+def _alike(inside: Array, own: NDArray[np.int64], at: int) -> float:
+    """Return the share of a direction that an effect explains at best, 0 to 1.
+
+    Its sizes are positive, as the directions of its first guesses are; between two neighbours it
+    may have any shape, which both together come near.
+
+    Args:
+        inside: inner products of all directions, (d, d).
+        own: those of the effect, in the order of its first guesses.
+        at: the direction that is to be explained.
+    """
+    best = 0.0
+    for k, first in enumerate(own):
+        if inside[first, first] > 0:
+            best = max(best, max(inside[first, at], 0.0) ** 2 / inside[first, first])
+        for second in own[k + 1 : k + 2]:
+            pair = [first, second]
+            block, across = inside[np.ix_(pair, pair)], inside[pair, at]
+            if np.linalg.det(block) > SAME * block[0, 0] * block[1, 1]:
+                sizes = np.linalg.solve(block, across)
+                if np.all(sizes > 0):
+                    best = max(best, float(across @ sizes))
+    return best / float(inside[at, at])
+
+
 def _prospect(
-    inside: Array, owners: NDArray[np.int64], index: int, excluded: NDArray[np.bool_],
-    effects: Sequence[Effect], wanted: float,
+    inside: Array, groups: Sequence[NDArray[np.int64]], index: int,
+    excluded: NDArray[np.bool_], effects: Sequence[Effect], wanted: float,
 ) -> Prospect:  # fmt: skip
-    at = int(np.flatnonzero(owners == index)[0])
-    power = np.maximum(np.diagonal(inside), 0.0)
-    if not power[at] > 0:
+    own = effects[index]
+    at = int(groups[index][effects[index].middle])
+    nats = 0.5 * float(inside[at, at])
+    if not nats > 0:
         return Prospect(np.inf, np.inf)
-    cosine = inside[at] ** 2 / np.maximum(power[at] * power, 1e-300)
-    cosine[excluded[owners] | (power <= 0)] = 0.0
-    nearest = int(np.argmax(cosine))
-    rival = effects[owners[nearest]].label if cosine[nearest] > 0 else None
-    nats = 0.5 * power[at]
-    apart = nats * max(1 - float(cosine[nearest]), 0.0)
+    alike = np.array(
+        [0.0 if e else _alike(inside, g, at) for g, e in zip(groups, excluded, strict=True)]
+    )
+    nearest = int(np.argmax(alike))
+    rival = effects[nearest].label if alike[nearest] > 0 else None
+    apart = nats * max(1 - float(alike[nearest]), 0.0)
+    wanted += _cost(own, wanted)
     seen = float(np.sqrt(wanted / nats))
     named = float(np.sqrt(APART / apart)) if apart > 0 else np.inf
-    if not effects[index].sized:
+    if not own.sized:
         seen, named = (1.0 if x <= 1 else np.inf for x in (seen, named))
     seen, named = (x if x <= FARTHEST else np.inf for x in (seen, max(seen, named)))
     return Prospect(seen, named, rival)
@@ -198,10 +237,19 @@ def _own(model: LinearModel, known: Known) -> list[LinearModel]:
     return out
 
 
-def _of_disturbance(whitened: Sequence[Whitener], effect: Effect, wanted: float) -> Prospect:
-    """Return from which size on a random force is seen: its likelihood ratio is one of spectra."""
-    assert isinstance(effect.reference, Disturbance)
-    ratio = np.concatenate([white.spectrum(effect.reference) for white in whitened])
+def _of_process(whitened: Sequence[Whitener], effect: Effect, wanted: float) -> Prospect:
+    """Return from which size on a random process is seen: its likelihood ratio is one of spectra.
+
+    With a the power at a frequency over the noise's, it is a - ln(1 + a) there (Whittle 1953).
+    """
+    process = effect.reference
+    ratio = np.concatenate(
+        [
+            white.spectrum(process) if isinstance(process, Disturbance) else white.power(process)
+            for white in whitened
+        ]
+    )
+    wanted += _cost(effect, wanted)
 
     def nats(times: float) -> float:
         return float(np.sum(times**2 * ratio - np.log1p(times**2 * ratio)))
@@ -209,7 +257,12 @@ def _of_disturbance(whitened: Sequence[Whitener], effect: Effect, wanted: float)
     low, high = 1e-6, FARTHEST
     if nats(high) < wanted:
         return Prospect(np.inf, np.inf)
-    while high / low > 1.01:
+    while high / low > CLOSE:
         middle = float(np.sqrt(low * high))
         low, high = (middle, high) if nats(middle) < wanted else (low, middle)
     return Prospect(high, high)
+
+
+def _cost(effect: Effect, wanted: float) -> float:
+    """Return what the evidence pays for an effect's parameters, known as well as that [nat]."""
+    return len(effect.reference.parameters) * float(np.log(SPREAD * np.sqrt(2 * wanted)))

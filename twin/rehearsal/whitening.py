@@ -155,6 +155,12 @@ class Whitener:
         time = np.arange(len(drift)) / self.trial.rate_hz
         return np.broadcast_to(law.force(drift, rate, memory, time), drift.shape)
 
+    def power(self, fault: Mechanism) -> Array:
+        """Return the power of what a fault adds over that of the noise, (frequencies m,)."""
+        white = self([self.change(fault)]).reshape(len(self.trial.u), -1)
+        # of two parts at each frequency, real and imaginary, each has unit variance of noise
+        return np.asarray(np.abs(np.fft.rfft(white, axis=0, norm="ortho")) ** 2).ravel()
+
     def spectrum(self, force: Disturbance) -> Array:
         """Return the power of a random force over that of the noise, (frequencies,)."""
         model, rate = self.model, self.trial.rate_hz
