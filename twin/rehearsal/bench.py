@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -103,9 +103,19 @@ class Bench:
     @cached_property
     def effects(self) -> tuple[Effect, ...]:
         """Everything that the plan conceals."""
-        there = every_place(self.plan, self.model, self.kinds)
+        return self._effects(self.plan)
+
+    @cached_property
+    def others(self) -> tuple[Effect, ...]:
+        """Everything else that a diagnosis weighs: what is concealed may be taken for it."""
+        own = {effect.label for effect in self.effects}
+        every = self._effects(replace(self.plan, mechanisms=None, places=None))
+        return tuple(effect for effect in every if effect.label not in own)
+
+    def _effects(self, plan: Plan) -> tuple[Effect, ...]:
+        there = every_place(plan, self.model, self.kinds)
         places = dict.fromkeys(place for names in there.values() for place in names)
-        return effects_of(self.plan, self.model, self.kinds, {p: self.around(p) for p in places})
+        return effects_of(plan, self.model, self.kinds, {p: self.around(p) for p in places})
 
     @cached_property
     def _motions(self) -> list[tuple[Array, Array]]:

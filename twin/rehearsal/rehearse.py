@@ -22,7 +22,7 @@ from twin.api import diagnose
 from twin.campaign import campaign
 from twin.errors import TwinError
 from twin.files import check_folder
-from twin.mechanisms.mechanism import ChannelFault, Mechanism
+from twin.mechanisms.mechanism import ChannelFault, Disturbance, Mechanism
 from twin.model import Twin
 from twin.model.linear import LinearModel
 from twin.rehearsal.bench import Bench
@@ -152,7 +152,7 @@ def predicted(bench: Bench) -> list[Prospect]:
 
     What is read off the samples is tried on noisy samples; everything else is Fisher's information.
     """
-    found = prospects(bench.model, bench.trials, bench.known, bench.effects)
+    found = prospects(bench.model, bench.trials, bench.known, bench.effects, bench.others)
     for i, effect in enumerate(bench.effects):
         if isinstance(effect.reference, ChannelFault) and not effect.reference.fitted:
             limit = read_off_limit(effect, bench.recordings)
@@ -187,7 +187,8 @@ def diagnosed(case: Case) -> dict[str, Any]:
     """
     began = perf_counter()
     try:
-        model = Bench.of(case.twin, case.plan, case.seed).model
+        unmeasured = isinstance(case.mechanism, Disturbance)
+        model = Bench.of(case.twin, case.plan, case.seed).model if unmeasured else None
         made = recorded(case.twin, case.plan, case.seed, case.mechanism, model)
         uses = [test.use for test in case.plan.recordings]
         train, test = (

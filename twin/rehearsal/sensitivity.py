@@ -96,16 +96,19 @@ ten cases: L = 1.2816 sqrt(2 L)."""
 
 
 def prospects(
-    model: LinearModel, trials: Sequence[Trial], known: Known, effects: Sequence[Effect]
-) -> list[Prospect]:
+    model: LinearModel, trials: Sequence[Trial], known: Known, concealed: Sequence[Effect],
+    others: Sequence[Effect] = (),
+) -> list[Prospect]:  # fmt: skip
     """Return for every effect from which size on it is seen, and named.
 
     Args:
         model: linear equations of the twin with the trials' inputs and outputs.
         trials: the training recordings, nothing concealed.
         known: what may be taken up by the drawing's own numbers.
-        effects: what may be there; each is a rival of the others.
+        concealed: the effects that are asked for; each is a rival of the others.
+        others: rivals that are not asked for.
     """
+    effects = (*concealed, *others)
     whitened = [Whitener(model, trial) for trial in trials]
     base = _own(model, Known(SMALL * known.tolerance, SMALL * known.damping_tolerance))
     # nuisance first, then the shapes of each effect, in their order
@@ -128,12 +131,12 @@ def prospects(
     wanted = needed_nats(len(effects))
     owners = np.array([i for i, _ in directions], int)
     groups = [np.flatnonzero(owners == i) for i in range(len(effects))]
-    same = [_no_rivals(effects, i, model) for i in range(len(effects))]
+    same = [_no_rivals(effects, i, model) for i in range(len(concealed))]
     return [
         _of_process(whitened, effect, wanted)
         if isinstance(effect.reference, Disturbance) or adds(effect.reference)
         else _prospect(inside, groups, i, same[i], effects, wanted)
-        for i, effect in enumerate(effects)
+        for i, effect in enumerate(concealed)
     ]
 
 
