@@ -150,3 +150,10 @@ def test_a_fault_of_a_channel_that_some_recordings_lack_is_in_the_others():
     faulty = recorded(TWIN, mixed, 1, SensorGain("force_floor2", 2.0))
     assert np.allclose(faulty[0].column("force_floor2"), 2 * sound[0].column("force_floor2"))
     assert np.array_equal(faulty[1].data, sound[1].data)
+
+
+def test_a_hysteresis_that_is_concealed_is_one_that_mujoco_has():
+    made = plan(**concealing("hysteresis"))
+    effect = Bench.of(TWIN, made, 1).effects[0]
+    pairs = zip(recorded(TWIN, made, 1, effect.at(0.1)), recorded(TWIN, made, 1), strict=True)
+    assert all(np.any(a.data != b.data) for a, b in pairs)

@@ -187,7 +187,9 @@ def _effect(
     if not starts:
         return None
     starts = [start.with_values(values) for start in starts]
-    reference = starts[len(starts) // 2]
+    # a loop without a plateau is none in MuJoCo: what is concealed must be what is simulated
+    held = [start for start in starts if getattr(start, "shape", 0.0) > -0.5]
+    reference = held[len(held) // 2]
     different: dict[tuple[float, ...], Mechanism] = {}
     for start in starts:
         different.setdefault(_shape(start), start)
