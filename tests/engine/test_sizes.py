@@ -66,6 +66,7 @@ def test_an_effect_twice_as_strong_is_twice_as_large(problem):
 
 
 def test_beside_a_law_a_hundredth_of_it_is_negligible_and_a_tenth_is_not(problem):
+    problem = replace(problem, damping_tolerance=1e-6)
     law = CubicStiffness("storey2", 1e6)
     size, damper = sizes(problem, law, Damping("storey1", 0.01))
     for share, small in ((0.5 * DISCREPANCY_SHARE, True), (10 * DISCREPANCY_SHARE, False)):
@@ -77,8 +78,18 @@ def test_beside_a_law_a_hundredth_of_it_is_negligible_and_a_tenth_is_not(problem
         assert negligible(h, quiet, stages(h, quiet.z)) == [False, small]
 
 
-def test_without_a_law_nothing_is_negligible(problem):
-    h = hypothesis(problem, Damping("storey1", 1e-9))
+def test_a_damping_within_the_tolerance_of_the_structures_is_negligible(problem):
+    own = float(np.sum(np.diag(problem.model.R)))
+    for change, small in ((1e-3 * own, True), (10 * own, False)):
+        h = hypothesis(problem, Damping("storey1", change))
+        found = fit(h, most=1, free=np.zeros(len(h.unknowns), bool))
+        assert negligible(h, found, stages(h, found.z)) == [small]
+        sure = replace(h, problem=replace(problem, damping_tolerance=1e-6))
+        assert negligible(sure, found, stages(sure, found.z)) == [False]
+
+
+def test_without_a_law_a_weak_spring_is_not_negligible(problem):
+    h = hypothesis(problem, Stiffness("storey1", 1e-6))
     found = fit(h, most=1, free=np.zeros(len(h.unknowns), bool))
     assert negligible(h, found, stages(h, found.z)) == [False]
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from twin.engine.hypothesis import DISCREPANCY_SHARE, Hypothesis
 from twin.engine.plant import axis_of
 from twin.engine.predict import Stage
+from twin.engine.problem import Problem
 from twin.estimation.fit import Fit
 from twin.mechanisms.mechanism import ChannelFault, Disturbance, Law, Mechanism, StructuralChange
 from twin.model.linear import LinearModel
@@ -36,17 +37,13 @@ def forces(hypothesis: Hypothesis, z: Array, beside: Sequence[Stage]) -> list[fl
         z: values of its unknowns, (p,).
         beside: the same beside its recordings.
     """
-    problem = hypothesis.problem
-    model = problem.base(z[: len(problem.base_unknowns)])
     mechanisms = hypothesis.at(z)
-    sizes: dict[int, float | None] = {}
-    edits = [(i, m) for i, m in enumerate(mechanisms) if isinstance(m, StructuralChange)]
-    models = [model]
-    for _, change in sorted(edits, key=lambda pair: pair[1].stage):
-        models.append(change.edit(models[-1]))
-    count = len(models[-1].coordinates)
-    for at, (index, _) in enumerate(sorted(edits, key=lambda pair: pair[1].stage)):
-        sizes[index] = _rms([_change(models[at], models[at + 1], count, s) for s in beside])
+    edits, models = _edits(hypothesis, z)
+    model, count = models[-1], len(models[-1].coordinates)
+    sizes: dict[int, float | None] = {
+        index: _rms([_change(before, after, count, s) for s in beside])
+        for index, before, after in zip(edits, models[:-1], models[1:], strict=True)
+    }
     law = 0
     for index, mechanism in enumerate(mechanisms):
         if isinstance(mechanism, Law):
@@ -66,6 +63,17 @@ def forces(hypothesis: Hypothesis, z: Array, beside: Sequence[Stage]) -> list[fl
     return [sizes.get(index) for index in range(len(mechanisms))]
 
 
+def _edits(hypothesis: Hypothesis, z: Array) -> tuple[list[int], list[LinearModel]]:
+    """Return which mechanisms edit the model, in order, and the models before and after each."""
+    problem = hypothesis.problem
+    models = [problem.base(z[: len(problem.base_unknowns)])]
+    edits = [(i, m) for i, m in enumerate(hypothesis.at(z)) if isinstance(m, StructuralChange)]
+    edits.sort(key=lambda pair: pair[1].stage)
+    for _, change in edits:
+        models.append(change.edit(models[-1]))
+    return [index for index, _ in edits], models
+
+
 def negligible(hypothesis: Hypothesis, fit: Fit, beside: Sequence[Stage]) -> list[bool]:
     """Return of every mechanism whether it is smaller than what is left beside the others.
 
@@ -74,6 +82,7 @@ def negligible(hypothesis: Hypothesis, fit: Fit, beside: Sequence[Stage]) -> lis
     model, problem = hypothesis.problem.model, hypothesis.problem
     mechanisms = hypothesis.at(fit.z)
     sizes = forces(hypothesis, fit.z, beside)
+    count = len(_edits(hypothesis, fit.z)[1][-1].coordinates)
     out = []
     for index, (mechanism, size) in enumerate(zip(mechanisms, sizes, strict=True)):
         left = inexact(mechanisms, sizes, index)
@@ -81,6 +90,8 @@ def negligible(hypothesis: Hypothesis, fit: Fit, beside: Sequence[Stage]) -> lis
             if port != mechanism.place:
                 level = fit.values[f"discrepancy {port}"]
                 left = max(left, level * float(np.linalg.norm(model.port(port))))
+        if isinstance(mechanism, StructuralChange) and mechanism.verdict == "parameter":
+            left = max(left, _scatter(problem, mechanism, count, beside))
         if isinstance(mechanism, ChannelFault) and _calibrated(mechanism, model, beside):
             out.append(True)
         elif size is not None:
@@ -94,6 +105,23 @@ def negligible(hypothesis: Hypothesis, fit: Fit, beside: Sequence[Stage]) -> lis
         else:
             out.append(False)
     return out
+
+
+def _scatter(
+    problem: Problem, change: StructuralChange, count: int, beside: Sequence[Stage]
+) -> float:
+    """Return the RMS modal force by which dampings scatter beforehand; 0 for what does not damp.
+
+    Stiffnesses and masses are calibrated where they are; of damping the modes' own are, not how it
+    is spread over the structure, which no drawing says.
+    """
+    model = problem.model
+    edited = change.edit(model)
+    if not np.allclose(edited.K, model.K) or not np.allclose(edited.M, model.M):
+        return 0.0
+    n = len(model.coordinates)
+    rates = [s.followed.x[:, count : count + n] for s in beside]
+    return problem.damping_tolerance * _rms([np.linalg.norm(v @ model.R.T, axis=1) for v in rates])
 
 
 def inexact(mechanisms: Sequence[Mechanism], sizes: Sequence[float | None], index: int) -> float:
