@@ -39,6 +39,11 @@ def hypothesis(problem, *mechanisms):
                    scales=scales_of(problem, moved))  # fmt: skip
 
 
+def is_negligible(h, found):
+    beside = stages(h, found.z)
+    return negligible(h, found, beside, forces(h, found.z, beside))
+
+
 def sizes(problem, *mechanisms):
     h = hypothesis(problem, *mechanisms)
     z = np.zeros(len(h.unknowns))
@@ -75,7 +80,7 @@ def test_beside_a_law_a_hundredth_of_it_is_negligible_and_a_tenth_is_not(problem
         found = fit(h, most=1, free=np.zeros(len(h.unknowns), bool))
         level = {u.name: u for u in h.unknowns}["discrepancy storey2"]
         quiet = replace(found, z=np.where([u is level for u in h.unknowns], -3.0, found.z))
-        assert negligible(h, quiet, stages(h, quiet.z)) == [False, small]
+        assert is_negligible(h, quiet) == [False, small]
 
 
 def test_a_damping_within_the_tolerance_of_the_structures_is_negligible(problem):
@@ -83,15 +88,15 @@ def test_a_damping_within_the_tolerance_of_the_structures_is_negligible(problem)
     for change, small in ((1e-3 * own, True), (10 * own, False)):
         h = hypothesis(problem, Damping("storey1", change))
         found = fit(h, most=1, free=np.zeros(len(h.unknowns), bool))
-        assert negligible(h, found, stages(h, found.z)) == [small]
+        assert is_negligible(h, found) == [small]
         sure = replace(h, problem=replace(problem, damping_tolerance=1e-6))
-        assert negligible(sure, found, stages(sure, found.z)) == [False]
+        assert is_negligible(sure, found) == [False]
 
 
 def test_without_a_law_a_weak_spring_is_not_negligible(problem):
     h = hypothesis(problem, Stiffness("storey1", 1e-6))
     found = fit(h, most=1, free=np.zeros(len(h.unknowns), bool))
-    assert negligible(h, found, stages(h, found.z)) == [False]
+    assert is_negligible(h, found) == [False]
 
 
 def test_an_instrument_is_as_good_as_its_calibration(problem):
@@ -99,7 +104,7 @@ def test_an_instrument_is_as_good_as_its_calibration(problem):
         for channel in ("acc_floor1", "force_floor2"):
             h = hypothesis(problem, SensorGain(channel, gain))
             found = fit(h, most=1, free=np.zeros(len(h.unknowns), bool))
-            assert negligible(h, found, stages(h, found.z)) == [small], (gain, channel)
+            assert is_negligible(h, found) == [small], (gain, channel)
 
 
 def test_a_channel_that_sees_a_law_jump_is_no_better_than_its_discrepancy(problem):
@@ -108,4 +113,4 @@ def test_a_channel_that_sees_a_law_jump_is_no_better_than_its_discrepancy(proble
             problem, CoulombFriction("storey2", 0.02, 1e-4), SensorGain("acc_floor2", gain)
         )
         found = fit(h, most=1, free=np.zeros(len(h.unknowns), bool))
-        assert negligible(h, found, stages(h, found.z))[1] is small
+        assert is_negligible(h, found)[1] is small

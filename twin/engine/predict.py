@@ -15,15 +15,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import least_squares
 
 from twin.engine.hypothesis import Hypothesis
 from twin.engine.problem import Problem
 from twin.estimation.kalman import Gains, gains
-from twin.estimation.likelihood import Around, Run, around_at, gaps_in, gaussian, open_loop, run
+from twin.estimation.likelihood import Around, Run, around_at, gaussian, open_loop, run
 from twin.estimation.model import Assembly, Trial
 from twin.estimation.system import Noise, Sampled, sampled
 from twin.mechanisms.mechanism import ChannelFault, Mechanism
@@ -37,9 +38,9 @@ BEGINNING = 1024
 """Samples that tell of the state before the first one, ten time constants of a mode with 1 % of
 damping at a sixtieth of the sampling rate; what comes later a predictor has forgotten."""
 
-STEPS, TRIES, ENOUGH = 12, 8, 0.01
-"""Gauss-Newton steps for that state at most, damped so often at most, and the gain in log posterior
-[nat] below which one is not worth another."""
+STEPS, ENOUGH = 30, 0.01
+"""Passes to find that state at most, and the gain in log posterior [nat] below which one is not
+worth another."""
 
 HOPELESS = 1e6
 """Error that stands for a motion that diverges: JSON has no infinity."""
@@ -81,39 +82,23 @@ class Stage:
         blur = self.around.blur
         around = Around(self.around.bend, None if blur is None else blur[: len(first.y)])
         known = replace(self.noise, start=0 * self.noise.start)
-        gain = gains(self.plant, known, bend=around.bend, missing=gaps_in(first))
+        gain = gains(self.plant, known, bend=around.bend, missing=first.missing)
 
-        def cost(s: Array) -> tuple[float, Array, Array]:
-            """Return minus twice the log posterior, its gradient and its information, halved."""
+        @lru_cache(maxsize=1)
+        def passed(s: tuple[float, ...]) -> tuple[Array, Array]:
+            """Return the whitened innovations with the prior's rows, and their slopes."""
             with np.errstate(all="ignore"):
-                passed = run(self.here, first, self.plant, gain, x0=root @ s, dx0=root,
-                             around=around)  # fmt: skip
-            part = gaussian(passed, first)
-            J, white = part.whitened(passed.de), part.white.ravel()
-            if not np.all(np.isfinite(J)):
-                raise ValueError("the motion diverges")
-            return float(white @ white + s @ s), J.T @ white + s, J.T @ J + np.eye(len(s))
+                x0 = root @ np.array(s)
+                result = run(self.here, first, self.plant, gain, x0=x0, dx0=root, around=around)
+            part = gaussian(result, first)
+            slopes = np.vstack([part.whitened(result.de), np.eye(len(s))])
+            return np.concatenate([part.white.ravel(), s]), slopes
 
-        s = np.zeros(root.shape[1])
-        value, slope, H = cost(s)
-        damping = 0.0
-        for _ in range(STEPS):
-            for _ in range(TRIES):
-                step = -np.linalg.solve(H + damping * np.diag(np.diag(H)), slope)
-                try:
-                    tried = cost(s + step)
-                except ValueError:
-                    tried = None
-                if tried is not None and tried[0] < value:
-                    break
-                damping = max(10 * damping, 1e-3)
-            else:
-                break
-            gained = 0.5 * (value - tried[0])
-            s, (value, slope, H), damping = s + step, tried, damping / 10
-            if gained < ENOUGH:
-                break
-        return np.asarray(root @ s)
+        found = least_squares(
+            lambda s: passed(tuple(s))[0], np.zeros(root.shape[1]),
+            lambda s: passed(tuple(s))[1], ftol=ENOUGH / first.y.size, max_nfev=STEPS,
+        )  # fmt: skip
+        return np.asarray(root @ found.x)
 
     @property
     def _first(self) -> Trial:
@@ -177,7 +162,7 @@ def stages(hypothesis: Hypothesis, z: Array) -> list[Stage]:
         plant, noise = plants[here.which[t]], here.noises[t]
         everything = (*hypothesis.at(z), *hypothesis.problem.known)
         around = around_at(hypothesis, here, plants, t)
-        gain = gains(plant, noise, bend=around.bend, missing=gaps_in(trial))
+        gain = gains(plant, noise, bend=around.bend, missing=trial.missing)
         out.append(Stage(everything, names, here, trial, plant, noise, gain, around))
     return out
 

@@ -158,7 +158,7 @@ def _scaled(
 
 
 def _of_linear(test: _ScoreTest, candidate: Candidate) -> list[Score]:
-    """Return the expected gains of what is linear in its strength, or is tried as it is."""
+    """Return the expected gains of what is linear in its strength, or is the twin's own."""
     if (freed := _freed(test, candidate, candidate.starts[0])) is not None:
         return [freed]
     scores = []

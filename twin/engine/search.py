@@ -178,11 +178,9 @@ def _fitted(
     here: Hypothesis, before: Explanation, scores: Sequence[Score], cost: float, top: float
 ) -> Explanation | None:
     grown, z, shift = here, before.fit.z, dict[str, float]()
-    lower = before.hypothesis
     for score in scores:
         more = added(grown, score.candidate, score.start)
-        z = moved_to(more, lower, z, score.start)
-        grown = lower = more
+        grown, z = more, moved_to(more, grown, z, score.start)
         shift |= score.shift if len(scores) == 1 else {}
     moved = z + np.array([shift.get(u.name, 0.0) for u in grown.unknowns])
     _, z, _ = likeliest(grown, [z, *beginnings(grown, moved)])

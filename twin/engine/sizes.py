@@ -74,14 +74,21 @@ def _edits(hypothesis: Hypothesis, z: Array) -> tuple[list[int], list[LinearMode
     return [index for index, _ in edits], models
 
 
-def negligible(hypothesis: Hypothesis, fit: Fit, beside: Sequence[Stage]) -> list[bool]:
+def negligible(
+    hypothesis: Hypothesis, fit: Fit, beside: Sequence[Stage], sizes: Sequence[float | None]
+) -> list[bool]:
     """Return of every mechanism whether it is smaller than what is left beside the others.
 
     A law's own discrepancy says how good its form is, not whether it is there.
+
+    Args:
+        hypothesis: the twin with its mechanisms.
+        fit: how it came out.
+        beside: the same beside its recordings.
+        sizes: of the mechanisms (``forces``).
     """
     model, problem = hypothesis.problem.model, hypothesis.problem
     mechanisms = hypothesis.at(fit.z)
-    sizes = forces(hypothesis, fit.z, beside)
     count = len(_edits(hypothesis, fit.z)[1][-1].coordinates)
     out = []
     for index, (mechanism, size) in enumerate(zip(mechanisms, sizes, strict=True)):
@@ -100,7 +107,7 @@ def negligible(hypothesis: Hypothesis, fit: Fit, beside: Sequence[Stage]) -> lis
             smeared = [n for n in mechanism.channels if n in hypothesis.smeared]
             seen = [max(fit.values[f"discrepancy {n}"], DISCREPANCY_SHARE * problem.readings[n])
                     for n in smeared]  # fmt: skip
-            changes = [_reading(mechanism, s, n, model.outputs) for n in smeared for s in beside]
+            changes = [_altered_by(mechanism, s, n, model)[0] for n in smeared for s in beside]
             out.append(bool(smeared) and max(changes) < max(seen))
         else:
             out.append(False)
@@ -143,22 +150,8 @@ def _calibrated(fault: ChannelFault, model: LinearModel, beside: Sequence[Stage]
     adds = instrument is not None and instrument.G.size > 0
     if adds or fault.of_motor or not fault.parameters:
         return False
-    worst = 0.0
-    for name in fault.channels:
-        driven = name in model.inputs
-        names = model.inputs if driven else model.outputs
-        for stage in beside:
-            values = stage.trial.u if driven else _predicted(stage)
-            column = list(names).index(name)
-            level = _rms([values[:, column]])
-            if level:
-                change = _rms([_altered(fault, stage, names, values)[:, column]])
-                worst = max(worst, change / level)
-    return worst < CALIBRATED
-
-
-def _predicted(stage: Stage) -> Array:
-    return np.asarray(np.nan_to_num(stage.trial.y) - stage.followed.e)
+    pairs = [_altered_by(fault, s, name, model) for name in fault.channels for s in beside]
+    return max((change / level for change, level in pairs if level), default=0.0) < CALIBRATED
 
 
 def _change(before: LinearModel, after: LinearModel, count: int, stage: Stage) -> Array:
@@ -190,9 +183,16 @@ def _altered(fault: ChannelFault, stage: Stage, names: Sequence[str], values: Ar
     return np.column_stack([changed[n] - columns[n] for n in names])
 
 
-def _reading(fault: ChannelFault, stage: Stage, name: str, names: Sequence[str]) -> float:
-    altered = _altered(fault, stage, names, _predicted(stage))
-    return _rms([altered[:, list(names).index(name)]])
+def _altered_by(
+    fault: ChannelFault, stage: Stage, name: str, model: LinearModel
+) -> tuple[float, float]:
+    """Return the RMS of what a fault changes in a channel, and of the channel."""
+    driven = name in model.inputs
+    names = model.inputs if driven else model.outputs
+    values = stage.trial.u if driven else np.nan_to_num(stage.trial.y) - stage.followed.e
+    column = list(names).index(name)
+    altered = _altered(fault, stage, names, values)
+    return _rms([altered[:, column]]), _rms([values[:, column]])
 
 
 def _rms(pieces: Sequence[Array]) -> float:

@@ -1,7 +1,7 @@
-"""First guesses of mechanisms that resonate by themselves: short fits, of which the likelier go on.
+"""First guesses where the likelihood has several maxima: short fits, of which the likelier go on.
 
-Such a mechanism shows at strength zero that it is there, not what it does: its likelihood has one
-valley for every frequency.
+What resonates shows at strength zero that it is there, not at which frequency; what turns a phase
+far, or is there or not, is no straight line in its strength.
 """
 
 from __future__ import annotations

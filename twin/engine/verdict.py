@@ -61,7 +61,7 @@ def judge(found: Found, beside: Sequence[Stage], faults: Sequence[ReadOff] = ())
     """
     best = found.best
     sizes = forces(best.hypothesis, best.fit.z, beside)
-    small = negligible(best.hypothesis, best.fit, beside)
+    small = negligible(best.hypothesis, best.fit, beside, sizes)
     everything = (found.nothing, best, *found.others)
     judged = []
     for index, mechanism in enumerate(best.hypothesis.at(best.fit.z)):

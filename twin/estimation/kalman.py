@@ -8,6 +8,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.estimation.products import add_product, along
 from twin.estimation.system import Noise, Sampled
 
 Array = NDArray[np.float64]
@@ -129,64 +130,27 @@ def _update(C, V, R, P):  # type: ignore[no-untyped-def]
 def _correct(C, V, R, P, PC, state, held, S, inverse):  # type: ignore[no-untyped-def]
     """Fill gains and the innovations' covariance; loops, for matrices so small cost by the call."""
     n, m, w = P.shape[0], C.shape[0], V.shape[1]
-    for i in range(n):
-        for o in range(m):
-            total = 0.0
-            for j in range(n):
-                total += P[i, j] * C[o, j]
-            PC[i, o] = total
-    for o in range(m):
-        for q in range(m):
-            total = R[o, q]
-            for i in range(n):
-                total += C[o, i] * PC[i, q]
-            for i in range(w):
-                total += V[o, i] * V[q, i]
-            S[o, q] = total
+    PC[:], S[:], state[:], held[:] = 0.0, R, 0.0, 0.0
+    add_product(PC, P, 0, C.T, n)
+    add_product(S, C, 0, PC, n)
+    add_product(S, V, 0, V.T, w)
     inverse[:] = np.linalg.inv(S)
-    for o in range(m):
-        for i in range(n):
-            total = 0.0
-            for q in range(m):
-                total += PC[i, q] * inverse[q, o]
-            state[i, o] = total
-        for i in range(w):
-            total = 0.0
-            for q in range(m):
-                total += V[q, i] * inverse[q, o]
-            held[i, o] = total
+    add_product(state, PC, 0, inverse, m)
+    add_product(held, V.T, 0, inverse, m)
 
 
 @numba.njit(nogil=True, cache=True)
 def _propagate(A, W, Q, P, state, held, S, AP, K, KS):  # type: ignore[no-untyped-def]
     """Replace P by A P A^T + Q - K S K^T with K = A state + W held."""
     n, m, w = A.shape[0], S.shape[0], W.shape[1]
-    for i in range(n):
-        for o in range(m):
-            total = 0.0
-            for j in range(n):
-                total += A[i, j] * state[j, o]
-            for j in range(w):
-                total += W[i, j] * held[j, o]
-            K[i, o] = total
-        for l in range(n):  # noqa: E741
-            total = 0.0
-            for j in range(n):
-                total += A[i, j] * P[j, l]
-            AP[i, l] = total
-    for i in range(n):
-        for o in range(m):
-            total = 0.0
-            for q in range(m):
-                total += K[i, q] * S[q, o]
-            KS[i, o] = total
+    K[:], AP[:], KS[:] = 0.0, 0.0, 0.0
+    add_product(K, A, 0, state, n)
+    add_product(K, W, 0, held, w)
+    add_product(AP, A, 0, P, n)
+    add_product(KS, K, 0, S, m)
     for i in range(n):
         for l in range(i + 1):  # noqa: E741
-            total = 0.5 * (Q[i, l] + Q[l, i])
-            for j in range(n):
-                total += AP[i, j] * A[l, j]
-            for o in range(m):
-                total -= KS[i, o] * K[l, o]
+            total = 0.5 * (Q[i, l] + Q[l, i]) + along(AP[i], A[l], n) - along(KS[i], K[l], m)
             P[i, l] = P[l, i] = total
 
 

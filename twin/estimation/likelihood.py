@@ -175,20 +175,12 @@ def _trust(gain: Gains, blur: Array | None) -> Array:
     return trust
 
 
-def gaps_in(trial: Trial) -> NDArray[np.bool_] | None:
-    """Return which outputs are missing, (samples, m), None where all are there to the last one."""
-    missing = np.isnan(trial.y)
-    measured = np.flatnonzero(~missing.all(axis=1))
-    last = measured[-1] + 1 if len(measured) else 0
-    return missing if missing[:last].any() else None
-
-
 def around_at(model: Model, here: Assembly, plants: Sequence[Sampled], index: int) -> Around:
     """Return what the laws do on the average of a recording, by a pass that knows nothing of it."""
     if not here.laws:
         return Around()
     plant, trial = plants[here.which[index]], here.trials[index]
-    passed = run(here, trial, plant, gains(plant, here.noises[index], missing=gaps_in(trial)))
+    passed = run(here, trial, plant, gains(plant, here.noises[index], missing=trial.missing))
     return around_of(model, here, plant, passed)
 
 
@@ -249,7 +241,7 @@ def evaluate(
 
     def one(index: int) -> Run:
         plant, trial, own = plants[here.which[index]], here.trials[index], around[index]
-        gain = gains(plant, here.noises[index], bend=own.bend, missing=gaps_in(trial))
+        gain = gains(plant, here.noises[index], bend=own.bend, missing=trial.missing)
         slope = slopes[index] if slopes else None
         result = run(here, trial, plant, gain, slope, around=own)
         for place, assembly in slope.taken_back.items() if slope else ():

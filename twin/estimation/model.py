@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal, Protocol
 
 import numpy as np
@@ -29,6 +30,14 @@ class Trial:
     between: Array
     y: Array
     step_s: float
+
+    @cached_property
+    def missing(self) -> NDArray[np.bool_] | None:
+        """Which outputs are missing, (samples, m); None where all are there to the last one."""
+        missing = np.isnan(self.y)
+        measured = np.flatnonzero(~missing.all(axis=1))
+        last = measured[-1] + 1 if len(measured) else 0
+        return missing if missing[:last].any() else None
 
 
 @dataclass(frozen=True)
