@@ -5,6 +5,7 @@ import pytest
 from engine_support import lumped, recorded
 
 from twin.engine.prepare import prepare
+from twin.engine.read_off import faults_in
 from twin.mechanisms import vocabulary
 from twin.recording import Recording
 
@@ -77,3 +78,15 @@ def test_a_blow_is_no_spike():
     hit = Recording.build(rate, columns, "hit.csv")
     assert np.max(np.abs(np.diff(columns["acc_floor2"]))) > 3.0
     assert not prepare(twin, [hit], [recorded(twin, 2)]).faults
+
+
+def test_a_jump_that_the_inputs_explain_is_no_spike(sound):
+    reading = np.array(sound[0].column("acc_floor1"))
+    reading[700] += 1.0
+    given = ("seed1.csv", "acc_floor1", "acc", reading, sound[0].sampling_hz)
+    for pushed, found in ((0.1, ["sensor_spikes"]), (1.0, [])):
+        jumps = np.zeros(len(reading))
+        jumps[700] = pushed
+        faults, hidden = faults_in(*given, jumps)
+        assert [f.fault.name for f in faults] == found
+        assert hidden[700] == bool(found)

@@ -93,8 +93,8 @@ def test_sensitivities_are_those_of_finite_differences(name, latent):
         up[i] += h
         low[i] -= h
         # what the laws do on the average is held while differences are taken
-        around = [run.around for run in here.runs]
-        a, b = (evaluate(model, q, derivatives=False, around=around) for q in (up, low))
+        averages = [run.averages for run in here.runs]
+        a, b = (evaluate(model, q, derivatives=False, averages=averages) for q in (up, low))
         slope = (a.runs[0].e - b.runs[0].e) / (2 * h)
         found = here.runs[0].de[:, :, i]
         # where the gains have settled, and where no corner of a law lies between both steps

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.status import Status
 
+    from twin.identification.from_responses import ResponseIdentification
+    from twin.identification.output_only import OutputOnly
     from twin.identification.pole_diagram import Pick
     from twin.identification.segments import Progress
     from twin.provenance import Provenance
@@ -74,7 +76,6 @@ def from_responses(
     from twin.formats.responses import read_responses
     from twin.identification.exponential_window import responses_without_window
     from twin.identification.from_responses import identify_responses
-    from twin.view.page.identification import write_modes_page
     from twin.view.report import print_responses
 
     with terminal.status("identifying") as status:
@@ -82,11 +83,7 @@ def from_responses(
     if window is not None:
         result = responses_without_window(result, window)
     print_responses(terminal, result)
-    page = folder(target) / "identification.html"
-    source = result.responses.source
-    write_modes_page(page, result.modal, result.diagram, source, result.notes, made)
-    terminal.print(f"written: {page}")
-    write_json(result.as_json(), json)
+    _write(result, result.responses.source, terminal, target, made, json)
 
 
 def from_outputs(
@@ -101,13 +98,22 @@ def from_outputs(
 ) -> None:
     """Identify modes from responses to what nobody measured."""
     from twin.identification.output_only import identify_output_only
-    from twin.view.page.identification import write_modes_page
     from twin.view.report import print_modes
 
     with terminal.status("identifying") as status:
         result = identify_output_only(recordings, outputs, band, telling(status), pick)
     source = ", ".join(r.source for r in recordings)
     print_modes(terminal, result.modal, source, result.notes)
+    _write(result, source, terminal, target, made, json)
+
+
+def _write(
+    result: ResponseIdentification | OutputOnly, source: str, terminal: Console, target: Path,
+    made: Provenance, json: str | None,
+) -> None:  # fmt: skip
+    """Write the page of the modes, say where, and write the JSON."""
+    from twin.view.page.identification import write_modes_page
+
     page = folder(target) / "identification.html"
     write_modes_page(page, result.modal, result.diagram, source, result.notes, made)
     terminal.print(f"written: {page}")

@@ -24,7 +24,7 @@ from scipy.optimize import least_squares
 from twin.engine.hypothesis import Hypothesis
 from twin.engine.problem import Problem
 from twin.estimation.kalman import Gains, gains
-from twin.estimation.likelihood import Around, Run, around_at, gaussian, open_loop, run
+from twin.estimation.likelihood import LawAverages, Run, averages_at, gaussian, open_loop, run
 from twin.estimation.model import Assembly, Trial
 from twin.estimation.system import Noise, Sampled, sampled
 from twin.mechanisms.mechanism import ChannelFault, Mechanism
@@ -58,7 +58,7 @@ class Stage:
         plant: the sampled system.
         noise: levels of this recording.
         gain: of the predictor.
-        around: what the laws do on the average of the motion.
+        averages: what the laws do on the average of the motion.
     """
 
     mechanisms: tuple[Mechanism, ...]
@@ -68,28 +68,30 @@ class Stage:
     plant: Sampled
     noise: Noise
     gain: Gains
-    around: Around
+    averages: LawAverages
 
     @cached_property
     def followed(self) -> Run:
         """The predictor's pass from the prior's mean."""
-        return run(self.here, self.trial, self.plant, self.gain, around=self.around)
+        return run(self.here, self.trial, self.plant, self.gain, averages=self.averages)
 
     @cached_property
     def start(self) -> Array:
         """The estimated state before the first sample, (n,)."""
         first, root = self._first, _root(self.noise.start)
-        blur = self.around.blur
-        around = Around(self.around.bend, None if blur is None else blur[: len(first.y)])
+        blur = self.averages.blur
+        averages = LawAverages(
+            self.averages.equivalent, None if blur is None else blur[: len(first.y)]
+        )
         known = replace(self.noise, start=0 * self.noise.start)
-        gain = gains(self.plant, known, bend=around.bend, missing=first.missing)
+        gain = gains(self.plant, known, equivalent=averages.equivalent, missing=first.missing)
 
         @lru_cache(maxsize=1)
         def passed(s: tuple[float, ...]) -> tuple[Array, Array]:
             """Return the whitened innovations with the prior's rows, and their slopes."""
             with np.errstate(all="ignore"):
                 x0 = root @ np.array(s)
-                result = run(self.here, first, self.plant, gain, x0=x0, dx0=root, around=around)
+                result = run(self.here, first, self.plant, gain, x0=x0, dx0=root, averages=averages)
             part = gaussian(result, first)
             slopes = np.vstack([part.whitened(result.de), np.eye(len(s))])
             return np.concatenate([part.white.ravel(), s]), slopes
@@ -161,9 +163,9 @@ def stages(hypothesis: Hypothesis, z: Array) -> list[Stage]:
     for t, trial in enumerate(here.trials):
         plant, noise = plants[here.which[t]], here.noises[t]
         everything = (*hypothesis.at(z), *hypothesis.problem.known)
-        around = around_at(hypothesis, here, plants, t)
-        gain = gains(plant, noise, bend=around.bend, missing=trial.missing)
-        out.append(Stage(everything, names, here, trial, plant, noise, gain, around))
+        averages = averages_at(hypothesis, here, plants, t)
+        gain = gains(plant, noise, equivalent=averages.equivalent, missing=trial.missing)
+        out.append(Stage(everything, names, here, trial, plant, noise, gain, averages))
     return out
 
 

@@ -218,7 +218,7 @@ def _near(test: _ScoreTest, candidate: Candidate, start: Mechanism) -> Value | N
     grown = added(test.hypothesis, candidate, start)
     z = moved_to(grown, test.hypothesis, test.fit.z, start)
     try:
-        return evaluate(grown, z, derivatives=False, around=[run.around for run in test.runs])
+        return evaluate(grown, z, derivatives=False, averages=[run.averages for run in test.runs])
     except (ValueError, np.linalg.LinAlgError):
         return None
 

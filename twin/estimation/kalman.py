@@ -44,7 +44,7 @@ class Gains:
 
 
 @dataclass(frozen=True)
-class Bend:
+class EquivalentLinear:
     """What laws make of a linear system on the average of a motion (statistical linearisation).
 
     Attributes:
@@ -62,7 +62,7 @@ def gains(
     sampled: Sampled,
     noise: Noise,
     first: int | None = None,
-    bend: Bend | None = None,
+    equivalent: EquivalentLinear | None = None,
     missing: NDArray[np.bool_] | None = None,
 ) -> Gains:
     """Return the gains (Kalman 1960; held disturbances correlate state and output noise).
@@ -71,7 +71,7 @@ def gains(
         sampled: the system.
         noise: levels, and the covariance of the state before the first sample.
         first: samples before the stationary gain takes over; as many as it needs without.
-        bend: what laws add to the linear system, if there are laws.
+        equivalent: what laws add to the linear system, if there are laws.
         missing: outputs that were not measured, (samples, m); there are then gains for every
             sample (Jones 1980), and a missing output's innovation has variance 1.
 
@@ -79,8 +79,8 @@ def gains(
         ValueError: the Riccati equation has no stationary solution.
     """
     A, C = sampled.whole, sampled.system.C
-    if bend is not None:
-        A, C = A + bend.whole, C + bend.C
+    if equivalent is not None:
+        A, C = A + equivalent.whole, C + equivalent.C
     P, W, V, Q, R = _stationary_of(sampled, noise, A, C)
     state, held, innovation = _sequence(
         np.ascontiguousarray(A), C, W, V, Q, R, noise.start, P,

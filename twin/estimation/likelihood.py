@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.estimation.density import Part, density
-from twin.estimation.kalman import Bend, Gains, gains
+from twin.estimation.kalman import EquivalentLinear, Gains, gains
 from twin.estimation.laws import addresses
 from twin.estimation.model import Assembly, Model, Trial
 from twin.estimation.sensitivities import (
@@ -48,15 +48,15 @@ its weight."""
 
 
 @dataclass(frozen=True)
-class Around:
+class LawAverages:
     """What laws do on the average of one recording's motion; of a linear model nothing.
 
     Attributes:
-        bend: what they add to the linear system, for the gains.
+        equivalent: what they add to the linear system, for the gains.
         blur: variances of the outputs beside their noise's, (samples, m).
     """
 
-    bend: Bend | None = None
+    equivalent: EquivalentLinear | None = None
     blur: Array | None = None
 
 
@@ -72,7 +72,7 @@ class Run:
         f: forces of the laws at the samples, (samples, l).
         gains: of the predictor.
         sampled: the sampled system.
-        around: what the laws do on the average of the motion.
+        averages: what the laws do on the average of the motion.
     """
 
     e: Array
@@ -82,7 +82,7 @@ class Run:
     f: Array
     gains: Gains
     sampled: Sampled
-    around: Around
+    averages: LawAverages
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,7 @@ def run(
     z0: Array | None = None,
     begin_s: float = 0.0,
     dx0: Array | None = None,
-    around: Around | None = None,
+    averages: LawAverages | None = None,
 ) -> Run:
     """Step the predictor over one recording.
 
@@ -138,10 +138,10 @@ def run(
         z0: memories of the laws before it, (l,), or zero.
         begin_s: time of the first sample [s].
         dx0: derivatives of the first state, (n, p).
-        around: what the laws do on the average of the motion; they blur nothing without.
+        averages: what the laws do on the average of the motion; they blur nothing without.
     """
     laws, numbers, system = len(assembly.laws), numbers_of(assembly), plant.system
-    around = around or Around()
+    averages = averages or LawAverages()
     n, (samples, m) = len(plant.A), trial.y.shape
     d = slopes or no_slopes(plant, gain, numbers, 0 if dx0 is None else dx0.shape[1])
     p = len(d.order)
@@ -151,14 +151,14 @@ def run(
     predict(
         addresses(assembly.laws), step_matrix(plant), read_matrix(plant),
         np.vstack([system.drift, system.rate]), numbers,
-        gain_matrices(gain), _trust(gain, around.blur), c(trial.u), c(trial.between), c(trial.y),
+        gain_matrices(gain), _trust(gain, averages.blur), c(trial.u), c(trial.between), c(trial.y),
         np.zeros(n) if x0 is None else c(x0, dtype=float),
         np.zeros(laws) if z0 is None else c(z0, dtype=float),
         begin_s, plant.steps, trial.step_s, (~assembly.held).astype(float), c(assembly.scales),
         d.step, d.read, d.gain, d.numbers,
         np.zeros((n, p)) if dx0 is None else c(dx0[:, d.order]), d.order, e, de, x, z, f,
     )  # fmt: skip
-    return Run(e, de, x, z, f, gain, plant, around)
+    return Run(e, de, x, z, f, gain, plant, averages)
 
 
 def _trust(gain: Gains, blur: Array | None) -> Array:
@@ -175,20 +175,15 @@ def _trust(gain: Gains, blur: Array | None) -> Array:
     return trust
 
 
-def around_at(model: Model, here: Assembly, plants: Sequence[Sampled], index: int) -> Around:
-    """Return what the laws do on the average of a recording, by a pass that knows nothing of it."""
-    if not here.laws:
-        return Around()
-    plant, trial = plants[here.which[index]], here.trials[index]
-    passed = run(here, trial, plant, gains(plant, here.noises[index], missing=trial.missing))
-    return around_of(model, here, plant, passed)
-
-
-def around_of(model: Model, here: Assembly, plant: Sampled, passed: Run) -> Around:
-    """Return what the laws do on the average of a motion.
+def averages_at(model: Model, here: Assembly, plants: Sequence[Sampled], index: int) -> LawAverages:
+    """Return what the laws do on the average of a recording, by a pass that knows nothing of it.
 
     Their forces are replaced by k d + c v with the least mean square error.
     """
+    if not here.laws:
+        return LawAverages()
+    plant, trial = plants[here.which[index]], here.trials[index]
+    passed = run(here, trial, plant, gains(plant, here.noises[index], missing=trial.missing))
     system = plant.system
     blur = model.blur(passed.f, system) if model.blurred else None
     rows = []
@@ -199,13 +194,13 @@ def around_of(model: Model, here: Assembly, plant: Sampled, passed: Run) -> Arou
         rows.append(k * row + c * system.rate[j])
     tangent = np.array(rows)
     if not np.all(np.isfinite(tangent)):
-        return Around(None, blur)
+        return LawAverages(None, blur)
     with np.errstate(all="ignore"):  # laws that run away here: another step will not go there
         bent = system.A + system.E @ tangent
         whole = transition(bent, np.zeros((len(bent), 0)), plant.steps * plant.step_s, 0)[0]
-    bend = Bend(whole - plant.whole, system.F @ tangent)
-    finite = np.all(np.isfinite(bend.whole)) and np.all(np.isfinite(bend.C))
-    return Around(bend if finite else None, blur)
+    equivalent = EquivalentLinear(whole - plant.whole, system.F @ tangent)
+    finite = np.all(np.isfinite(equivalent.whole)) and np.all(np.isfinite(equivalent.C))
+    return LawAverages(equivalent if finite else None, blur)
 
 
 def open_loop(gain: Gains) -> Gains:
@@ -217,7 +212,7 @@ def evaluate(
     model: Model,
     z: Array,
     derivatives: bool = True,
-    around: Sequence[Around] | None = None,
+    averages: Sequence[LawAverages] | None = None,
 ) -> Value:
     """Return the log likelihood at values z, (p,), and its derivatives unless they are not asked.
 
@@ -225,27 +220,27 @@ def evaluate(
         model: with its unknowns and recordings.
         z: their values in prior deviations, (p,).
         derivatives: whether gradient and information are asked for.
-        around: what the laws do on the average of each recording, where it is known already.
+        averages: what the laws do on the average of each recording, where it is known already.
 
     Raises:
         ValueError: no stationary filter, or a model that cannot be.
     """
     here = model.assemble(z)
     plants = plants_of(here, model)
-    if around is None:
-        around = each(lambda i: around_at(model, here, plants, i), len(here.trials))
-    bends = [a.bend for a in around]
-    slopes = slopes_of(model, z, here, plants, bends) if derivatives else None
+    if averages is None:
+        averages = each(lambda i: averages_at(model, here, plants, i), len(here.trials))
+    equivalents = [a.equivalent for a in averages]
+    slopes = slopes_of(model, z, here, plants, equivalents) if derivatives else None
     p = len(model.unknowns)
     log_likelihood, gradient, information = 0.0, np.zeros(p), np.zeros((p, p))
 
     def one(index: int) -> Run:
-        plant, trial, own = plants[here.which[index]], here.trials[index], around[index]
-        gain = gains(plant, here.noises[index], bend=own.bend, missing=trial.missing)
+        plant, trial, own = plants[here.which[index]], here.trials[index], averages[index]
+        gain = gains(plant, here.noises[index], equivalent=own.equivalent, missing=trial.missing)
         slope = slopes[index] if slopes else None
-        result = run(here, trial, plant, gain, slope, around=own)
+        result = run(here, trial, plant, gain, slope, averages=own)
         for place, assembly in slope.taken_back.items() if slope else ():
-            moved = run(here, assembly.trials[index], plant, gain, around=own)
+            moved = run(here, assembly.trials[index], plant, gain, averages=own)
             result.de[:, :, place] = (moved.e - result.e) / STEP
         return result
 
@@ -283,4 +278,4 @@ def gaussian(result: Run, trial: Trial) -> Part:
     Raises:
         ValueError: a covariance that is not positive.
     """
-    return density(result.e, trial.y, result.gains.innovation, result.around.blur)
+    return density(result.e, trial.y, result.gains.innovation, result.averages.blur)

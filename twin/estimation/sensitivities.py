@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.estimation.kalman import Bend, Gains, gains
+from twin.estimation.kalman import EquivalentLinear, Gains, gains
 from twin.estimation.system import Sampled, sampled
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ def slopes_of(
     z: Array,
     here: Assembly,
     plants: Sequence[Sampled],
-    bends: Sequence[Bend | None],
+    equivalents: Sequence[EquivalentLinear | None],
 ) -> tuple[Slopes, ...]:
     """Return the derivatives of each trial at z, by differences of assemblies.
 
@@ -91,7 +91,7 @@ def slopes_of(
         z: their values, (p,).
         here: the model there.
         plants: its sampled systems.
-        bends: what laws add to them for each trial's gains; taken as the same a step away.
+        equivalents: what laws add to them for each trial's gains; taken as the same a step away.
     """
     unknowns = model.unknowns
     moved: dict[int, tuple[Assembly, Sequence[Sampled]]] = {}
@@ -102,7 +102,9 @@ def slopes_of(
         own = plants_of(assembly, model) if unknowns[group[0]].role == "system" else plants
         moved |= {index: (assembly, own) for index in group}
     trials = range(len(model.trials))
-    return tuple(_of_trial(trial, unknowns, here, plants, moved, bends[trial]) for trial in trials)
+    return tuple(
+        _of_trial(trial, unknowns, here, plants, moved, equivalents[trial]) for trial in trials
+    )
 
 
 def _together(unknowns: Sequence[Unknown]) -> list[list[int]]:
@@ -123,10 +125,10 @@ def _of_trial(
     here: Assembly,
     plants: Sequence[Sampled],
     moved: dict[int, tuple[Assembly, Sequence[Sampled]]],
-    bend: Bend | None,
+    equivalent: EquivalentLinear | None,
 ) -> Slopes:
     plant = plants[here.which[trial]]
-    base = gains(plant, here.noises[trial], bend=bend)
+    base = gains(plant, here.noises[trial], equivalent=equivalent)
     step, read, gain = step_matrix(plant), read_matrix(plant), gain_matrices(base)
     columns = [i for i, u in enumerate(unknowns) if u.trial is None or u.trial == trial]
     order = sorted(range(len(columns)), key=lambda i: ORDER.index(unknowns[columns[i]].role))
@@ -150,7 +152,7 @@ def _of_trial(
         if unknowns[columns[place]].role == "samples":
             taken_back[place] = assembly
         elif at < systems or at >= laws:
-            near = gains(other, assembly.noises[trial], len(gain) - 1, bend)
+            near = gains(other, assembly.noises[trial], len(gain) - 1, equivalent)
             dgain[..., at] = (gain_matrices(near) - gain) / STEP
             dS[..., place] = (near.innovation - base.innovation) / STEP
     return Slopes(dstep, dread, dgain, dnumbers, dS, columns, np.array(order, np.int64),
