@@ -1,4 +1,4 @@
-"""Read-only copies, so that results cannot be changed behind their owner's back."""
+"""Small helpers for arrays: read-only copies, so that results cannot be changed; gaps filled."""
 
 from __future__ import annotations
 
@@ -15,3 +15,14 @@ def frozen(values: ArrayLike, dtype: Any = None) -> NDArray[Any]:
         array = array.astype(float)
     array.setflags(write=False)
     return array
+
+
+def filled(y: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return samples with what is left out interpolated, (samples, m)."""
+    out = np.array(y)
+    for column in out.T:
+        gap = np.isnan(column)
+        if gap.any() and not gap.all():
+            at = np.arange(len(column))
+            column[gap] = np.interp(at[gap], at[~gap], column[~gap])
+    return out

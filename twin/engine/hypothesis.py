@@ -177,7 +177,7 @@ class Hypothesis:
             m = len(problem.model.outputs)
             output = np.array(values[at : at + m])
             at += m
-            moving = np.any(recording.u, axis=0)
+            moving = recording.driven
             input_noise = np.zeros(len(moving))
             input_noise[moving] = values[at : at + int(moving.sum())]
             at += int(moving.sum())

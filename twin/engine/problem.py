@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.arrays import frozen
+from twin.arrays import filled, frozen
 from twin.engine.scales import Scales
 from twin.estimation.model import Trial, Unknown
 from twin.mechanisms.mechanism import ChannelFault, Mechanism
@@ -57,6 +57,11 @@ class Measured:
     def __post_init__(self) -> None:
         for name in ("u", "y", "input_noise", "output_noise"):
             object.__setattr__(self, name, frozen(getattr(self, name), float))
+
+    @cached_property
+    def driven(self) -> NDArray[np.bool_]:
+        """Which inputs are not zero throughout, (r,)."""
+        return np.any(self.u, axis=0)
 
 
 @dataclass(frozen=True)
@@ -267,7 +272,7 @@ class Problem:
                 out.append(Unknown(f"noise of {name} in {r.name}", float(np.log(level)),
                                    NOISE_DEVIATION, True, "noise", t))  # fmt: skip
             for i, name in enumerate(self.model.inputs):
-                if np.any(r.u[:, i]):
+                if r.driven[i]:
                     level = max(r.input_noise[i], 1e-5 * float(np.sqrt(np.mean(r.u[:, i] ** 2))))
                     out.append(Unknown(f"noise of {name} in {r.name}", float(np.log(level)),
                                        NOISE_DEVIATION, True, "noise", t))  # fmt: skip
@@ -287,14 +292,3 @@ class Problem:
         w2 = np.maximum(np.diag(self.model.K), (2 * np.pi / 10) ** 2)
         forces = np.sqrt(np.mean((self.scale * w2) ** 2, axis=1))
         return np.asarray(PROCESS_SHARE * np.maximum(forces, 1e-12))
-
-
-def filled(y: Array) -> Array:
-    """Return samples with what is left out interpolated, (samples, m)."""
-    out = np.array(y)
-    for column in out.T:
-        gap = np.isnan(column)
-        if gap.any() and not gap.all():
-            at = np.arange(len(column))
-            column[gap] = np.interp(at[gap], at[~gap], column[~gap])
-    return out

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
-from twin.engine.problem import Measured, filled
+from twin.arrays import filled
+from twin.engine.problem import Measured
 from twin.mechanisms import vocabulary
 from twin.mechanisms.mechanism import ChannelFault
 from twin.model.linear import LinearModel

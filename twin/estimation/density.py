@@ -33,7 +33,7 @@ class Part:
     def whitened(self, de: Array) -> Array:
         """Return L^-1 de for every sample as rows, (samples m, p)."""
         samples, m, p = de.shape
-        out = np.zeros_like(de)
+        out = np.empty_like(de)
         _through(self.roots, np.ascontiguousarray(de), out)
         return out.reshape(samples * m, p)
 
@@ -65,6 +65,7 @@ def density(e: Array, y: Array, innovation: Array, blur: Array | None) -> Part:
 def _density(e, y, innovation, blur, roots, white, balance):
     samples, m = e.shape
     S, missing, pull = np.zeros((m, m)), np.zeros(m, np.bool_), np.zeros(m)
+    inverse = np.zeros((m, m))
     value, log_det, known = 0.0, 0.0, -1
     for k in range(samples):
         which = min(k, len(innovation) - 1)
@@ -86,6 +87,11 @@ def _density(e, y, innovation, blur, roots, white, balance):
             if np.isnan(log_det):
                 return np.nan
             known = which if whole else -1
+            for i in range(m):
+                for l in range(m):  # noqa: E741
+                    inverse[i, l] = 0.0
+                    for o in range(max(i, l), m):
+                        inverse[i, l] += roots[k, o, i] * roots[k, o, l]
         value -= 0.5 * log_det
         for o in range(m):
             total = 0.0
@@ -103,9 +109,7 @@ def _density(e, y, innovation, blur, roots, white, balance):
             for l in range(m):  # noqa: E741
                 if missing[i] or missing[l]:
                     continue
-                for o in range(max(i, l), m):
-                    balance[which, i, l] += roots[k, o, i] * roots[k, o, l]
-                balance[which, i, l] -= pull[i] * pull[l]
+                balance[which, i, l] += inverse[i, l] - pull[i] * pull[l]
     return value
 
 
@@ -142,7 +146,10 @@ def _through(roots, de, out):
     samples, m, p = de.shape
     for k in range(samples):
         for o in range(m):
-            for i in range(o + 1):
+            c = roots[k, o, 0]
+            for a in range(p):
+                out[k, o, a] = c * de[k, 0, a]
+            for i in range(1, o + 1):
                 c = roots[k, o, i]
                 if c != 0.0:
                     for a in range(p):

@@ -173,12 +173,18 @@ def _within_reach(model: Model, delta: Array) -> Array:
 
 def _try(model: Model, z: Array, delta: Array, score: float) -> tuple[Value, float, Array] | None:
     """Return the model after a step, its log posterior and place; None where that does not rise."""
+    z = z + delta
+    pull = 0.5 * float(z @ z)
     try:
-        # a step may lead anywhere; where nothing is finite it is not taken
+        # a step may lead anywhere; where nothing is finite, or less likely, it is not taken, and
+        # the derivatives, which cost ten times as much, are not asked for
         with np.errstate(all="ignore"):
-            found = evaluate(model, z + delta)
+            found = evaluate(model, z, derivatives=False)
+            if not found.log_likelihood - pull > score:
+                return None
+            found = evaluate(model, z, averages=[run.averages for run in found.runs])
     except (ValueError, np.linalg.LinAlgError):
         return None
-    value = found.log_likelihood - 0.5 * float((z + delta) @ (z + delta))
+    value = found.log_likelihood - pull
     rises = value > score and bool(np.all(np.isfinite(found.information)))
-    return (found, value, z + delta) if rises else None
+    return (found, value, z) if rises else None

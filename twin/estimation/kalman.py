@@ -8,7 +8,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.estimation.products import add_product, along
+from twin.estimation.products import add_product
 from twin.estimation.system import Noise, Sampled
 
 Array = NDArray[np.float64]
@@ -78,12 +78,9 @@ def gains(
     Raises:
         ValueError: the Riccati equation has no stationary solution.
     """
-    A, C = sampled.whole, sampled.system.C
-    if equivalent is not None:
-        A, C = A + equivalent.whole, C + equivalent.C
-    P, W, V, Q, R = _stationary_of(sampled, noise, A, C)
+    A, C, W, V, Q, R, P = matrices_of(sampled, noise, equivalent)
     state, held, innovation = _sequence(
-        np.ascontiguousarray(A), C, W, V, Q, R, noise.start, P,
+        np.ascontiguousarray(A), np.ascontiguousarray(C), W, V, Q, R, noise.start, P,
         -1 if first is None else first,
         np.zeros((0, 0), bool) if missing is None else np.ascontiguousarray(missing),
     )  # fmt: skip
@@ -96,17 +93,28 @@ def stationary_gains(sampled: Sampled, noise: Noise) -> Gains:
     Raises:
         ValueError: the Riccati equation has no stationary solution.
     """
-    P, _, V, _, R = _stationary_of(sampled, noise, sampled.whole, sampled.system.C)
-    C = np.ascontiguousarray(sampled.system.C)
-    state, held, innovation = _update(C, V, R, P)
+    _, C, _, V, _, R, P = matrices_of(sampled, noise)
+    state, held, innovation = _update(np.ascontiguousarray(C), V, R, P)
     return Gains(state[None], noise.held[:, None] * held[None], innovation[None], P)
 
 
-def _stationary_of(
-    sampled: Sampled, noise: Noise, A: Array, C: Array
-) -> tuple[Array, Array, Array, Array, Array]:
-    """Return the stationary covariance, W and V of unit disturbances, Q and R."""
+def matrices_of(
+    sampled: Sampled, noise: Noise, equivalent: EquivalentLinear | None = None
+) -> tuple[Array, Array, Array, Array, Array, Array, Array]:
+    """Return A, C, W and V of unit disturbances, Q, R, and the stationary covariance.
+
+    Args:
+        sampled: the system.
+        noise: levels.
+        equivalent: what laws add to the linear system, if there are laws.
+
+    Raises:
+        ValueError: the Riccati equation has no stationary solution.
+    """
     system = sampled.system
+    A, C = sampled.whole, system.C
+    if equivalent is not None:
+        A, C = A + equivalent.whole, C + equivalent.C
     W = np.ascontiguousarray(sampled.entry * noise.held)
     V = np.ascontiguousarray(system.V * noise.held)
     R = np.diag(noise.output**2)
@@ -114,7 +122,7 @@ def _stationary_of(
     P = stationary(A, C, Q, R + V @ V.T, W @ V.T)
     if not np.all(np.isfinite(P)):
         raise ValueError("the Riccati equation has no stationary solution")
-    return P, W, V, Q, R
+    return A, C, W, V, Q, R, P
 
 
 @numba.njit(nogil=True, cache=True)
@@ -122,25 +130,49 @@ def _update(C, V, R, P):  # type: ignore[no-untyped-def]
     n, m, w = P.shape[0], C.shape[0], V.shape[1]
     state, held, S = np.zeros((n, m)), np.zeros((w, m)), np.zeros((m, m))
     PC, inverse = np.zeros((n, m)), np.zeros((m, m))
-    _correct(C, V, R, P, PC, state, held, S, inverse)
+    _correct(C, C.T.copy(), V, V.T.copy(), R, P, PC, state, held, S, inverse)
     return state, held, S
 
 
 @numba.njit(nogil=True, cache=True)
-def _correct(C, V, R, P, PC, state, held, S, inverse):  # type: ignore[no-untyped-def]
-    """Fill gains and the innovations' covariance; loops, for matrices so small cost by the call."""
+def _correct(C, CT, V, VT, R, P, PC, state, held, S, inverse):  # type: ignore[no-untyped-def]
+    """Fill gains and the innovations' covariance; loops, for matrices so small cost by the call.
+
+    Transposes come as matrices of their own: rows that are contiguous are multiplied four at once.
+    """
     n, m, w = P.shape[0], C.shape[0], V.shape[1]
     PC[:], S[:], state[:], held[:] = 0.0, R, 0.0, 0.0
-    add_product(PC, P, 0, C.T, n)
+    add_product(PC, P, 0, CT, n)
     add_product(S, C, 0, PC, n)
-    add_product(S, V, 0, V.T, w)
-    inverse[:] = np.linalg.inv(S)
+    add_product(S, V, 0, VT, w)
+    _invert(S, inverse)
     add_product(state, PC, 0, inverse, m)
-    add_product(held, V.T, 0, inverse, m)
+    add_product(held, VT, 0, inverse, m)
 
 
 @numba.njit(nogil=True, cache=True)
-def _propagate(A, W, Q, P, state, held, S, AP, K, KS):  # type: ignore[no-untyped-def]
+def _invert(S, out):  # type: ignore[no-untyped-def]
+    """Fill S^-1 by elimination; a positive matrix needs no pivots."""
+    m = len(S)
+    work = S.copy()
+    out[:] = 0.0
+    for j in range(m):
+        out[j, j] = 1.0
+    for j in range(m):
+        scale = 1.0 / work[j, j]
+        for l in range(m):  # noqa: E741
+            work[j, l] *= scale
+            out[j, l] *= scale
+        for i in range(m):
+            g = work[i, j]
+            if i != j and g != 0.0:
+                for l in range(m):  # noqa: E741
+                    work[i, l] -= g * work[j, l]
+                    out[i, l] -= g * out[j, l]
+
+
+@numba.njit(nogil=True, cache=True)
+def _propagate(A, AT, W, Q, P, state, held, S, AP, K, KT, KS):  # type: ignore[no-untyped-def]
     """Replace P by A P A^T + Q - K S K^T with K = A state + W held."""
     n, m, w = A.shape[0], S.shape[0], W.shape[1]
     K[:], AP[:], KS[:] = 0.0, 0.0, 0.0
@@ -149,9 +181,14 @@ def _propagate(A, W, Q, P, state, held, S, AP, K, KS):  # type: ignore[no-untype
     add_product(AP, A, 0, P, n)
     add_product(KS, K, 0, S, m)
     for i in range(n):
-        for l in range(i + 1):  # noqa: E741
-            total = 0.5 * (Q[i, l] + Q[l, i]) + along(AP[i], A[l], n) - along(KS[i], K[l], m)
-            P[i, l] = P[l, i] = total
+        for j in range(m):
+            KT[j, i] = -K[i, j]
+    P[:] = Q
+    add_product(P, AP, 0, AT, n)
+    add_product(P, KS, 0, KT, m)
+    for i in range(n):
+        for l in range(i):  # noqa: E741
+            P[i, l] = P[l, i] = 0.5 * (P[i, l] + P[l, i])
 
 
 @numba.njit(nogil=True, cache=True)
@@ -163,7 +200,8 @@ def _sequence(A, C, W, V, Q, R, start, stationary, first, missing):  # type: ign
     held = np.zeros((most + 1, w, m))
     innovation = np.zeros((most + 1, m, m))
     PC, inverse = np.zeros((n, m)), np.zeros((m, m))
-    AP, K, KS = np.zeros((n, n)), np.zeros((n, m)), np.zeros((n, m))
+    AP, K, KT, KS = np.zeros((n, n)), np.zeros((n, m)), np.zeros((m, n)), np.zeros((n, m))
+    AT, CT, VT = A.T.copy(), C.T.copy(), V.T.copy()
     last_state, last_held, last = _update(C, V, R, stationary)
     size = np.abs(last).max()
     P = start.copy()
@@ -181,16 +219,17 @@ def _sequence(A, C, W, V, Q, R, start, stationary, first, missing):  # type: ign
             for o in range(m):
                 if missing[k, o]:
                     known_C[o], known_V[o], known_R[o, o] = 0.0, 0.0, 1.0
-            _correct(known_C, known_V, known_R, P, PC, state[k], held[k], innovation[k], inverse)
+            _correct(known_C, known_C.T.copy(), known_V, known_V.T.copy(), known_R, P, PC,
+                     state[k], held[k], innovation[k], inverse)  # fmt: skip
         elif not settled:
-            _correct(C, V, R, P, PC, state[k], held[k], innovation[k], inverse)
+            _correct(C, CT, V, VT, R, P, PC, state[k], held[k], innovation[k], inverse)
             settled = first < 0 and np.abs(innovation[k] - last).max() <= SAME * size
             if settled and not gaps:
                 break
         if settled:
             state[k], held[k], innovation[k] = last_state, last_held, last
         else:
-            _propagate(A, W, Q, P, state[k], held[k], innovation[k], AP, K, KS)
+            _propagate(A, AT, W, Q, P, state[k], held[k], innovation[k], AP, K, KT, KS)
         used = k + 1
     state[used], held[used], innovation[used] = last_state, last_held, last
     return state[: used + 1], held[: used + 1], innovation[: used + 1]

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.estimation.kalman import EquivalentLinear, Gains, gains
+from twin.estimation.neighbours import neighbouring_gains
 from twin.estimation.system import Sampled, sampled
 
 if TYPE_CHECKING:
@@ -141,6 +142,7 @@ def _of_trial(
     numbers = numbers_of(here)
     dnumbers = np.zeros((*numbers.shape, laws))
     dgain, dS = np.zeros((*gain.shape, p)), np.zeros((*base.innovation.shape, p))
+    changed, near = [], []
     for at, place in enumerate(order):
         assembly, others = moved[columns[place]]
         other = others[assembly.which[trial]]
@@ -152,9 +154,14 @@ def _of_trial(
         if unknowns[columns[place]].role == "samples":
             taken_back[place] = assembly
         elif at < systems or at >= laws:
-            near = gains(other, assembly.noises[trial], len(gain) - 1, equivalent)
-            dgain[..., at] = (gain_matrices(near) - gain) / STEP
-            dS[..., place] = (near.innovation - base.innovation) / STEP
+            changed.append(at)
+            near.append((other, assembly.noises[trial]))
+    if near:
+        # the last one is the model itself, so that rounding is alike in both
+        near.append((plant, here.noises[trial]))
+        gains_near, covariances = neighbouring_gains(near, len(gain) - 1, equivalent)
+        dgain[..., changed] = (gains_near[..., :-1] - gains_near[..., -1:]) / STEP
+        dS[..., np.array(order)[changed]] = (covariances[..., :-1] - covariances[..., -1:]) / STEP
     return Slopes(dstep, dread, dgain, dnumbers, dS, columns, np.array(order, np.int64),
                   taken_back)  # fmt: skip
 
