@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from estimation_support import CUBIC, FRICTION, TwoMasses, shaken
 
-from twin.estimation.fit import FARTHEST, Fit, fit
+from twin.estimation.fit import FARTHEST, Fit, ascend, fit
 from twin.estimation.likelihood import evaluate
 from twin.estimation.model import Unknown
 
@@ -109,6 +109,16 @@ def test_a_fit_that_begins_far_away_takes_bounded_steps_and_says_how_it_ended():
     beyond = fit(replace(tight, trials=(two_stiff(),)), most=2)
     assert np.max(np.abs(beyond.z)) > FARTHEST
     assert beyond.code == "ran away"
+
+
+def test_an_ascent_is_a_fit_without_its_end():
+    model, begun = cubic(200), np.array([0.0, 1.0, 0.5, 0.0])
+    posterior, z = ascend(model, begun, 2)
+    whole = fit(model, begun, most=2)
+    assert z == pytest.approx(whole.z, abs=1e-12)
+    assert posterior == pytest.approx(whole.log_posterior, abs=1e-9)
+    with pytest.raises(ValueError, match="runs away"):
+        ascend(model, np.array([0.0, 6.0, -5.0, 5.0]), 1)
 
 
 def two_stiff():

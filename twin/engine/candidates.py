@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from twin.engine.hypothesis import Hypothesis
 from twin.engine.problem import Motion, Problem
 from twin.engine.scales import Scales
+from twin.estimation.likelihood import passes
 from twin.mechanisms.mechanism import Mechanism, Surroundings
 
 Array = NDArray[np.float64]
@@ -66,11 +67,9 @@ def priors_of(starts: Sequence[Mechanism]) -> dict[str, tuple[float, float]]:
 
 def motions(problem: Problem, hypothesis: Hypothesis, z: Array) -> tuple[Motion, ...]:
     """Return the motion of every recording as the predictor of a fit estimates it."""
-    from twin.estimation.likelihood import evaluate
-
     n = len(problem.model.coordinates)
     out = []
-    for run in evaluate(hypothesis, z, derivatives=False).runs:
+    for run in passes(hypothesis, z):
         gain = run.gains.state[np.minimum(np.arange(len(run.x)), len(run.gains.state) - 1)]
         x = run.x + np.einsum("kij,kj->ki", gain, run.e)
         v = x[:, n : 2 * n] if x.shape[1] >= 2 * n else x[:, n:]

@@ -15,7 +15,7 @@ from twin.engine.nominal import checked, with_known
 from twin.engine.problem import Measured, Problem
 from twin.engine.read_off import ReadOff, read_off
 from twin.errors import RecordingError, available
-from twin.estimation.likelihood import evaluate
+from twin.estimation.likelihood import passes
 from twin.mechanisms.scales import range_ends
 from twin.model import Twin
 from twin.model.linear import LinearModel
@@ -268,7 +268,7 @@ def _scaled(problem: Problem) -> Problem:
     doubtful = np.array([2.0 if u.name.startswith("process") else 0.0 for u in blank.unknowns])
     n = len(model.coordinates)
     try:
-        runs = evaluate(blank, doubtful, derivatives=False).runs
+        runs = passes(blank, doubtful)
     except ValueError:
         raise RecordingError(
             f"{problem.recordings[0].name}: {available(model.outputs)} cannot tell where the "

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from twin.engine.beginning import added, beginnings, likeliest, moved_to
 from twin.engine.candidates import Candidate
 from twin.engine.hypothesis import Hypothesis
-from twin.estimation.fit import Fit
+from twin.estimation.fit import Fit, ascend
 from twin.estimation.fit import fit as climb
 from twin.mechanisms.mechanism import Mechanism
 
@@ -25,9 +25,16 @@ PART = 1024
 """Samples of each recording that valleys are looked for in: four seconds at 256 Hz, enough to tell
 resonances a quarter of a hertz apart; the fit that follows sees all."""
 
-LAPS = (1, 2, 3)
-"""Gauss-Newton steps in each valley, after each of which the likelier half goes on (successive
-halving; Jamieson and Talwalkar 2016); the fit that follows takes the rest."""
+LAPS = (0, 1, 2, 3)
+"""Gauss-Newton steps in each valley, none to begin with, after each of which the likelier half of a
+candidate's valleys and of the candidates goes on (successive halving; Jamieson and Talwalkar 2016);
+the fit that follows takes the rest."""
+
+LEAST = 6
+"""Candidates that are never left behind: a search step fits as many."""
+
+_Runner = tuple[float, Array, Hypothesis]
+"""Log posterior, values and hypothesis."""
 
 
 @dataclass(frozen=True)
@@ -66,17 +73,22 @@ def of_valleys(fit: Fit, hypothesis: Hypothesis, candidates: Sequence[Candidate]
     short = replace(hypothesis, problem=part)
     here = climb(short, fit.z, most=2)
     known = {u.name: z for u, z in zip(hypothesis.unknowns, fit.z, strict=True)}
-    scores = []
+    racing: list[tuple[Candidate, list[_Runner]]] = []
     for candidate in candidates:
         runners = []
         for start in candidate.starts:
             grown = added(short, candidate, start)
             z = moved_to(grown, short, here.z, start)
             runners.append(likeliest(grown, beginnings(grown, z)))
-        for steps in LAPS:
-            runners = [_further(*runner, steps) for runner in runners]
-            runners.sort(key=lambda runner: -runner[0])
-            runners = runners[: (len(runners) + 1) // 2]
+        racing.append((candidate, runners))
+    behind: list[tuple[Candidate, list[_Runner]]] = []
+    for steps in LAPS:
+        racing = [(c, _likelier([_further(*r, steps) for r in runners])) for c, runners in racing]
+        racing.sort(key=lambda race: -race[1][0][0])
+        ahead = max((len(racing) + 1) // 2, LEAST)
+        racing, behind = racing[:ahead], behind + racing[ahead:]
+    scores = []
+    for candidate, runners in racing + behind:
         posterior, z, grown = runners[0]
         shift = {
             u.name: float(x) - known[u.name]
@@ -88,12 +100,16 @@ def of_valleys(fit: Fit, hypothesis: Hypothesis, candidates: Sequence[Candidate]
     return scores
 
 
-def _further(
-    posterior: float, z: Array, grown: Hypothesis, steps: int
-) -> tuple[float, Array, Hypothesis]:
-    """Return where so many steps lead: log posterior, values and the hypothesis."""
+def _likelier(runners: list[_Runner]) -> list[_Runner]:
+    """Return the half with the greater log posteriors, the greatest first."""
+    return sorted(runners, key=lambda r: -r[0])[: (len(runners) + 1) // 2]
+
+
+def _further(posterior: float, z: Array, grown: Hypothesis, steps: int) -> _Runner:
+    """Return where so many steps lead."""
+    if not steps:
+        return posterior, z, grown
     try:
-        found = climb(grown, z, most=steps)
+        return (*ascend(grown, z, steps), grown)
     except (ValueError, np.linalg.LinAlgError):
         return posterior, z, grown
-    return found.log_posterior, found.z, grown

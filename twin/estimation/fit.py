@@ -116,26 +116,15 @@ def fit(
     code: Code = "stopped"
     for step in range(1, most + 1):
         watch(step, score)
-        H = _hessian(here, moving)
-        g = np.where(moving, here.gradient - z, 0.0)
-        moved = None
-        for _ in range(TRIES):
-            delta = np.asarray(np.linalg.solve(H + damping * np.diag(np.diag(H)), g))
-            promise = float(g @ delta - 0.5 * delta @ H @ delta)
-            if promise < ENOUGH:
-                break
-            moved = _try(model, z, _within_reach(model, delta), score)
-            if moved is not None:
-                damping = damping / 10 if damping > 1e-6 else 0.0
-                break
-            damping = max(10 * damping, 1e-3)
+        moved, damping, promise = _climbed(model, z, here, score, moving, damping)
         if promise < ENOUGH:
             code = "converged"
             break
-        if moved is None:
+        found = None if moved is None else _with_derivatives(model, moved)
+        if moved is None or found is None:
             break
-        gained = moved[1] - score
-        here, score, z = moved
+        gained = moved.log_posterior - score
+        here, score, z = found, moved.log_posterior, moved.z
         if gained < ENOUGH and damping == 0.0:
             code = "converged"
             break
@@ -148,6 +137,56 @@ def fit(
         model, z, np.asarray(np.linalg.inv(H)), here.log_likelihood, score,
         score - 0.5 * float(np.linalg.slogdet(H)[1]), code, step,
     )  # fmt: skip
+
+
+def ascend(model: Model, z: Array, steps: int) -> tuple[float, Array]:
+    """Return log posterior and values after so many steps of a fit, fewer where none climbs.
+
+    A fit without its end: nothing is known of the posterior about the place.
+
+    Raises:
+        ValueError: the model has no likelihood where it begins.
+    """
+    moving, damping, score = np.ones(len(z), bool), 0.0, -np.inf
+    for _ in range(steps):
+        with np.errstate(all="ignore"):
+            here = evaluate(model, z)
+        score = here.log_likelihood - 0.5 * float(z @ z)
+        if not np.all(np.isfinite(here.information)):
+            raise ValueError("the model runs away where the fit begins")
+        moved, damping, _ = _climbed(model, z, here, score, moving, damping)
+        if moved is None:
+            break
+        score, z = moved.log_posterior, moved.z
+    return score, z
+
+
+@dataclass(frozen=True)
+class _Moved:
+    """A place that a step led to: the model without derivatives, log posterior, values (p,)."""
+
+    value: Value
+    log_posterior: float
+    z: Array
+
+
+def _climbed(
+    model: Model, z: Array, here: Value, score: float, moving: NDArray[np.bool_], damping: float
+) -> tuple[_Moved | None, float, float]:
+    """Return where a step climbs to, if one does, the next one's damping, and what was promised."""
+    H = _hessian(here, moving)
+    g = np.where(moving, here.gradient - z, 0.0)
+    promise = 0.0
+    for _ in range(TRIES):
+        delta = np.asarray(np.linalg.solve(H + damping * np.diag(np.diag(H)), g))
+        promise = float(g @ delta - 0.5 * delta @ H @ delta)
+        if promise < ENOUGH:
+            break
+        moved = _try(model, z + _within_reach(model, delta), score)
+        if moved is not None:
+            return moved, damping / 10 if damping > 1e-6 else 0.0, promise
+        damping = max(10 * damping, 1e-3)
+    return None, damping, promise
 
 
 def _hessian(here: Value, moving: NDArray[np.bool_]) -> Array:
@@ -171,20 +210,26 @@ def _within_reach(model: Model, delta: Array) -> Array:
     return out / max(1.0, float(np.max(np.abs(out) / reach)))
 
 
-def _try(model: Model, z: Array, delta: Array, score: float) -> tuple[Value, float, Array] | None:
-    """Return the model after a step, its log posterior and place; None where that does not rise."""
-    z = z + delta
-    pull = 0.5 * float(z @ z)
+def _try(model: Model, z: Array, score: float) -> _Moved | None:
+    """Return the model at other values; None where it is not likelier.
+
+    Derivatives cost ten times as much, and are not asked for.
+    """
     try:
-        # a step may lead anywhere; where nothing is finite, or less likely, it is not taken, and
-        # the derivatives, which cost ten times as much, are not asked for
+        # a step may lead anywhere; where nothing is finite it is not taken
         with np.errstate(all="ignore"):
             found = evaluate(model, z, derivatives=False)
-            if not found.log_likelihood - pull > score:
-                return None
-            found = evaluate(model, z, averages=[run.averages for run in found.runs])
     except (ValueError, np.linalg.LinAlgError):
         return None
-    value = found.log_likelihood - pull
-    rises = value > score and bool(np.all(np.isfinite(found.information)))
-    return (found, value, z) if rises else None
+    posterior = found.log_likelihood - 0.5 * float(z @ z)
+    return _Moved(found, posterior, z) if posterior > score else None
+
+
+def _with_derivatives(model: Model, moved: _Moved) -> Value | None:
+    """Return the model at a place with derivatives, None where it has none."""
+    try:
+        with np.errstate(all="ignore"):
+            found = evaluate(model, moved.z, averages=[run.averages for run in moved.value.runs])
+    except (ValueError, np.linalg.LinAlgError):
+        return None
+    return found if np.all(np.isfinite(found.information)) else None

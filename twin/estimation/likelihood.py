@@ -208,6 +208,38 @@ def open_loop(gain: Gains) -> Gains:
     return Gains(0 * gain.state[-1:], 0 * gain.held[-1:], gain.innovation, gain.predicted)
 
 
+def passes(
+    model: Model, z: Array, averages: Sequence[LawAverages] | None = None
+) -> tuple[Run, ...]:
+    """Return the predictor's pass over every recording at values z, (p,).
+
+    Args:
+        model: with its unknowns and recordings.
+        z: their values in prior deviations, (p,).
+        averages: what the laws do on the average of each recording, where it is known already.
+
+    Raises:
+        ValueError: no stationary filter, or a model that cannot be.
+    """
+    here = model.assemble(z)
+    plants = plants_of(here, model)
+    known = averages or each(lambda i: averages_at(model, here, plants, i), len(here.trials))
+    return tuple(each(lambda i: _passed(here, plants, i, known[i]), len(here.trials)))
+
+
+def _passed(here: Assembly, plants: Sequence[Sampled], index: int, averages: LawAverages,
+            slopes: Slopes | None = None) -> Run:  # fmt: skip
+    """Return the pass over one recording, with derivatives where there are slopes."""
+    plant, trial = plants[here.which[index]], here.trials[index]
+    noise = here.noises[index]
+    gain = gains(plant, noise, equivalent=averages.equivalent, missing=trial.missing)
+    result = run(here, trial, plant, gain, slopes, averages=averages)
+    for place, assembly in slopes.taken_back.items() if slopes else ():
+        moved = run(here, assembly.trials[index], plant, gain, averages=averages)
+        result.de[:, :, place] = (moved.e - result.e) / STEP
+    return result
+
+
 def evaluate(
     model: Model,
     z: Array,
@@ -216,35 +248,20 @@ def evaluate(
 ) -> Value:
     """Return the log likelihood at values z, (p,), and its derivatives unless they are not asked.
 
-    Args:
-        model: with its unknowns and recordings.
-        z: their values in prior deviations, (p,).
-        derivatives: whether gradient and information are asked for.
-        averages: what the laws do on the average of each recording, where it is known already.
-
-    Raises:
-        ValueError: no stationary filter, or a model that cannot be.
+    Arguments and errors are those of ``passes``.
     """
     here = model.assemble(z)
     plants = plants_of(here, model)
-    if averages is None:
-        averages = each(lambda i: averages_at(model, here, plants, i), len(here.trials))
-    equivalents = [a.equivalent for a in averages]
-    slopes = slopes_of(model, z, here, plants, equivalents) if derivatives else None
+    known = averages or each(lambda i: averages_at(model, here, plants, i), len(here.trials))
+    slopes = None
+    if derivatives:
+        slopes = slopes_of(model, z, here, plants, [a.equivalent for a in known])
     p = len(model.unknowns)
     log_likelihood, gradient, information = 0.0, np.zeros(p), np.zeros((p, p))
-
-    def one(index: int) -> Run:
-        plant, trial, own = plants[here.which[index]], here.trials[index], averages[index]
-        gain = gains(plant, here.noises[index], equivalent=own.equivalent, missing=trial.missing)
-        slope = slopes[index] if slopes else None
-        result = run(here, trial, plant, gain, slope, averages=own)
-        for place, assembly in slope.taken_back.items() if slope else ():
-            moved = run(here, assembly.trials[index], plant, gain, averages=own)
-            result.de[:, :, place] = (moved.e - result.e) / STEP
-        return result
-
-    runs: list[Run] = each(one, len(model.trials))
+    runs: list[Run] = each(
+        lambda i: _passed(here, plants, i, known[i], slopes[i] if slopes else None),
+        len(here.trials),
+    )
     for index, result in enumerate(runs):
         trial = here.trials[index]
         part = gaussian(result, trial)
