@@ -25,7 +25,7 @@ PART = 1024
 """Samples of each recording that valleys are looked for in: four seconds at 256 Hz, enough to tell
 resonances a quarter of a hertz apart; the fit that follows sees all."""
 
-LAPS = (0, 1, 2, 3)
+LAPS = (1, 2, 3)
 """Gauss-Newton steps in each valley, none to begin with, after each of which the likelier half of a
 candidate's valleys and of the candidates goes on (successive halving; Jamieson and Talwalkar 2016);
 the fit that follows takes the rest."""
@@ -84,6 +84,8 @@ def of_valleys(fit: Fit, hypothesis: Hypothesis, candidates: Sequence[Candidate]
     behind: list[tuple[Candidate, list[_Runner]]] = []
     for steps in LAPS:
         racing = [(c, _likelier([_further(*r, steps) for r in runners])) for c, runners in racing]
+        if not steps:
+            continue
         racing.sort(key=lambda race: -race[1][0][0])
         ahead = max((len(racing) + 1) // 2, LEAST)
         racing, behind = racing[:ahead], behind + racing[ahead:]
