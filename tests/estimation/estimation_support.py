@@ -22,7 +22,7 @@ def friction(d, v, z, t, force, width):
 
 
 def bumper(d, v, z, t, k, gap):
-    return k * max(d - gap, 0.0)
+    return k * np.maximum(d - gap, 0.0)
 
 
 def slip(d, v, z, t, k, limit):

@@ -48,6 +48,20 @@ def test_laws_step_as_their_differential_equation(law, steps, error):
     assert worst < error
 
 
+def test_what_friction_holds_rests():
+    """With the rate of a step's middle it would change sign from step to step instead."""
+    trial = shaken(600, 23, (), ())
+    model = TwoMasses((trial,), (FRICTION,), PORTS, steps=4)
+    here = model.assemble(np.zeros(len(model.unknowns)))
+    here.numbers[0, :2] = 4.0, 1e-6
+    plant = sampled(here.systems[0], trial.step_s, 4, here.held)
+    found = run(here, trial, plant, open_loop(gains(plant, here.noises[0])))
+    rate = found.x @ here.systems[0].rate[0]
+    held = np.abs(found.f[:, 0]) < 3.9
+    assert np.mean(held) > 0.2
+    assert np.max(np.abs(rate[held])) < 1e-5
+
+
 @pytest.mark.parametrize("listening", [False, True])
 @pytest.mark.parametrize("law", [FRICTION, BUMPER])
 def test_finer_steps_converge_in_open_and_in_closed_loop(law, listening):

@@ -22,7 +22,6 @@ from twin.engine.plant import Plant, plant_of
 from twin.engine.problem import Problem
 from twin.engine.scales import Scales
 from twin.estimation.laws import MOST_NUMBERS
-from twin.estimation.laws import Law as Compiled
 from twin.estimation.model import Assembly, Trial, Unknown
 from twin.estimation.system import Noise, System
 from twin.mechanisms.mechanism import ChannelFault, Law, Mechanism
@@ -194,7 +193,7 @@ class Hypothesis:
             numbers[j, : len(law.numbers)] = law.numbers
             scales[j] = around.at(law.place)
         steps = STEPS if laws else 1
-        compiled = tuple(Compiled(type(law).law, type(law).flow, len(law.numbers)) for law in laws)
+        compiled = tuple(law.compiled for law in laws)
         systems = tuple(plant.system for plant in plants)
         return Assembly(
             systems, which, tuple(noises), compiled, numbers, scales, steps, problem.held,

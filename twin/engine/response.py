@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from twin.engine.hypothesis import Hypothesis
 from twin.engine.problem import Motion
-from twin.estimation.laws import Law as Compiled
 from twin.estimation.laws import memory_along
 from twin.estimation.likelihood import Run
 from twin.mechanisms.mechanism import Law
@@ -21,8 +20,7 @@ Array = NDArray[np.float64]
 def force_along(law: Law, row: Array, motion: Motion, step_s: float) -> Array:
     """Return the force of a law along a motion, (samples,)."""
     drift, rate = motion.q[:, : len(row)] @ row, motion.v[:, : len(row)] @ row
-    compiled = Compiled(type(law).law, type(law).flow, len(law.numbers))
-    memory = memory_along(compiled, np.array(law.numbers), drift)
+    memory = memory_along(law.compiled, np.array(law.numbers), drift)
     time = np.asarray(np.arange(len(drift)) * step_s, float)
     return np.broadcast_to(law.force(drift, rate, memory, time), drift.shape)
 

@@ -26,9 +26,6 @@ Array = NDArray[np.float64]
 WIDTH = 6
 """Candidates of the screening that are fitted in a search step."""
 
-FIRST_STEPS = 4
-"""Gauss-Newton steps after which a candidate must be within reach of the best."""
-
 FAMILIES = 2
 """Faults that are tried in all channels at once in a search step: each is a fit, and a third one
 would be the least promising."""
@@ -184,13 +181,9 @@ def _fitted(
         shift |= score.shift if len(scores) == 1 else {}
     moved = z + np.array([shift.get(u.name, 0.0) for u in grown.unknowns])
     _, z, _ = likeliest(grown, [z, *beginnings(grown, moved)])
-    gain = sum(score.gain for score in scores)
     spent = cost * len(grown.mechanisms)
     try:
-        first = fit(grown, z, most=FIRST_STEPS, hopeless=top + spent)
-        if first.code != "converged" and first.log_posterior < top + spent - 0.5 * gain - 50:
-            return Explanation(grown, first, first.log_evidence - spent)
-        full = fit(grown, first.z, hopeless=top + spent) if first.code != "converged" else first
+        full = fit(grown, z, hopeless=top + spent)
     except (ValueError, np.linalg.LinAlgError):
         return None
     if not np.isfinite(full.log_evidence):

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numba
 
-from twin.estimation.implicit import flow_slopes, force_slopes, solve_force
+from twin.estimation.implicit import flow_slopes, force_slopes, rate_share, solve_force
 from twin.estimation.products import along, set_slopes
 
 SWEEPS = 20
@@ -14,6 +14,10 @@ SWEEPS = 20
 
 SETTLED = 1e-11
 """Change of every force, as a share of its scale, with which these sweeps have converged."""
+
+WIDER = 1e3
+"""How much wider the differences of a difference are: between rounding, (1e-16 / 1e-7) / 1e-4, and
+curvature, 1e-4."""
 
 
 @numba.njit(nogil=True, cache=True, forceinline=True)
@@ -46,7 +50,7 @@ def solve_forces(laws, numbers, ports, push, begun, free, z, solved, t, scales, 
             kept = c[first + j]
             c[first + j], solved[j] = solve_force(
                 laws[j], numbers[j].ctypes.data, begun[j], begun[count + j], d, v, z[j],
-                push[j, j], push[count + j, j], kept, solved[j], t, scales[j, 0],
+                push[j, j], push[count + j, j], kept, solved[j], t, scales[j],
             )  # fmt: skip
             size = max(scales[j, 0], abs(kept))
             settled = settled and abs(c[first + j] - kept) <= SETTLED * size
@@ -78,9 +82,20 @@ def force_derivatives(
         if laws[j, 1]:
             memory = 0.5 * (z[j] + flow_slopes(
                 laws[j], numbers[j], varied[j], z[j], before, d, scales[j], by))  # fmt: skip
-        force_slopes(laws[j], numbers[j], varied[j], 0.5 * (before + d),
-                     0.5 * (begun[count + j] + v), memory, t, scales[j], slopes)  # fmt: skip
-        half_d, half_v, half_z = 0.5 * slopes[0], 0.5 * slopes[1], 0.5 * slopes[2]
+        a = rate_share(laws[j], numbers[j].ctypes.data, before, z[j], push[count + j, j], t,
+                       scales[j, 2])  # fmt: skip
+        rate = begun[count + j] + a * (v - begun[count + j])
+        force_slopes(laws[j], numbers[j], varied[j], 0.5 * (before + d), rate, memory, t, scales[j],
+                     slopes)  # fmt: skip
+        for q in range(numbers.shape[1]):
+            if varied[j, q] != 0.0:  # the share depends on the numbers, too
+                kept, step = numbers[j, q], WIDER * varied[j, q]
+                numbers[j, q] = kept + step
+                moved = rate_share(laws[j], numbers[j].ctypes.data, before, z[j],
+                                   push[count + j, j], t, scales[j, 2])  # fmt: skip
+                numbers[j, q] = kept
+                slopes[3 + q] += slopes[1] * (v - begun[count + j]) * (moved - a) / step
+        half_d, half_z, end_v = 0.5 * slopes[0], 0.5 * slopes[2], a * slopes[1]
         by_start, by_end, by_memory = half_d, half_d, 0.0
         if laws[j, 1]:
             by_memory = half_z * (1.0 + by[0])
@@ -88,16 +103,16 @@ def force_derivatives(
             by_end += half_z * by[2]
             for q in range(3, len(slopes)):
                 slopes[q] += half_z * by[q]
-        slopes[0], slopes[1], slopes[2] = by_start, half_v, by_memory
+        slopes[0], slopes[1], slopes[2] = by_start, slopes[1] - end_v, by_memory
         set_slopes(df[j], slopes, dbegun[j], dbegun[count + j], dz[j], dnumbers[j])
         for i in range(n):
-            g = by_end * ports[j, i] + half_v * ports[count + j, i]
+            g = by_end * ports[j, i] + end_v * ports[count + j, i]
             if g != 0.0:
-                for a in range(p):
-                    df[j, a] += g * dfree[i, a]
+                for q in range(p):
+                    df[j, q] += g * dfree[i, q]
         coupled[j, j] += 1.0
         for b in range(count):
-            coupled[j, b] -= by_end * push[j, b] + half_v * push[count + j, b]
+            coupled[j, b] -= by_end * push[j, b] + end_v * push[count + j, b]
     _eliminate(coupled, df)
 
 

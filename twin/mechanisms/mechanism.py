@@ -11,7 +11,7 @@ motion of a structure with mechanisms is
 where structural changes edit M, R, K and may add coordinates, and laws add forces f_j. Channel
 faults leave the motion alone and change what is recorded of it.
 
-Parameter values may be arrays that broadcast against the motion: many variants in one evaluation.
+Parameter values may be arrays that broadcast against the motion: many variants at once.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.errors import ModelError, available
+from twin.estimation.laws import Law as Compiled
 from twin.mechanisms.instrument import Instrument
 from twin.mechanisms.surroundings import Surroundings as Surroundings
 from twin.mechanisms.units import of_port
@@ -174,6 +175,11 @@ class Law(Mechanism):
     def numbers(self) -> tuple[Any, ...]:
         """Every field but the place, in order: the law's last arguments."""
         return tuple(getattr(self, f.name) for f in fields(self) if f.name != "place")
+
+    @property
+    def compiled(self) -> Compiled:
+        """The law as the predictor steps it."""
+        return Compiled(type(self).law, type(self).flow, len(self.numbers))
 
     def force(self, drift: Array, rate: Array, memory: Array, time: Array | float) -> Array:
         """Return the force that opposes positive drift [N], broadcast over the motion."""

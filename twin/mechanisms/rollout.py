@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from twin.errors import ModelError
 from twin.estimation.kalman import Gains
 from twin.estimation.laws import MOST_NUMBERS
-from twin.estimation.laws import Law as Compiled
 from twin.estimation.likelihood import run
 from twin.estimation.system import System, sampled
 from twin.mechanisms.mechanism import ChannelFault, Disturbance, Law, Mechanism, StructuralChange
@@ -91,7 +90,7 @@ def _with_laws(
     for row, law in zip(numbers, laws, strict=True):
         row[: len(law.numbers)] = law.numbers
     bare: Any = SimpleNamespace(
-        laws=tuple(Compiled(type(law).law, type(law).flow, len(law.numbers)) for law in laws),
+        laws=tuple(law.compiled for law in laws),
         numbers=numbers,
         scales=_scales(model, laws, u, rate_hz),
         held=held,
