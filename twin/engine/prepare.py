@@ -110,7 +110,7 @@ def prepare(
         _measured(r, model, kinds, slowest, (added_mass or {}).get(r.source, {}), notes)
         for r in everything
     ]
-    read = [read_off(m, model, kinds, rate) for m in measured]
+    read = read_off(measured, model, kinds, rate)
     measured = [m for m, _ in read]
     notes += [_hidden(f) for _, found in read for f in found if f.hidden]
     problems = [

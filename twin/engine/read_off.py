@@ -6,7 +6,7 @@ of the structure should be asked to follow them.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -96,6 +96,38 @@ def _read_off() -> list[type[ChannelFault]]:
 
 
 def read_off(
+    recordings: Sequence[Measured], model: LinearModel, kinds: Mapping[str, str], rate_hz: float
+) -> list[tuple[Measured, tuple[ReadOff, ...]]]:
+    """Return recordings without what the faults of their outputs hide, and the faults of each.
+
+    Where a channel's range ends in one recording it ends in all that reach so far.
+
+    Args:
+        recordings: all of the same instruments.
+        model: whose outputs they are.
+        kinds: channel -> quantity.
+        rate_hz: samples per second.
+    """
+    out = [_read_off_one(m, model, kinds, rate_hz) for m in recordings]
+    limits = {f.fault.place: f.fault for _, found in out for f in found if f.fault.limit()}
+    for index, (measured, found) in enumerate(out):
+        known = {f.fault.place for f in found}
+        for place, fault in limits.items():
+            column = model.outputs.index(place)
+            reading = recordings[index].y[:, column]
+            hidden = fault.spoiled(reading)
+            if place in known or not hidden.any() or fault.exceeded(reading):
+                continue
+            y = np.array(measured.y)
+            y[hidden, column] = np.nan
+            measured = replace(measured, y=y)
+            count = int(np.count_nonzero(hidden))
+            found = (*found, ReadOff(measured.name, fault, count, count / len(y)))
+        out[index] = measured, found
+    return out
+
+
+def _read_off_one(
     measured: Measured, model: LinearModel, kinds: Mapping[str, str], rate_hz: float
 ) -> tuple[Measured, tuple[ReadOff, ...]]:
     """Return a recording without what the faults of its outputs hide, and the faults.

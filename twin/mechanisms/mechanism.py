@@ -37,8 +37,7 @@ from twin.second_order import SecondOrderModel
 Array = NDArray[np.float64]
 Verdict = Literal["parameter", "missing_physics", "measurement", "unexplained"]
 On = Literal["drift", "motion", "body", "base", "channel", "channels", "actuator"]
-"""What a mechanism can sit on: a relative motion, an absolute one, a body, the base's motion along
-an axis, one or two channels, a joint that a motor drives."""
+"""What a mechanism can sit on: a relative motion, an absolute one, a body, the base, channels, ..."""
 
 INPUTS = frozenset({"force", "torque"})
 OUTPUTS = frozenset({"acc", "vel", "disp", "angle", "rate", "angacc", "strain", "voltage", "other"})
@@ -208,19 +207,16 @@ class Disturbance(Mechanism):
 class ChannelFault(Mechanism):
     """What an instrument does to its channel.
 
-    A fault states its forward law on whole histories (``distort``) and, where it can be taken back
-    without loss, the inverse (``undo``). One that cannot is either a filter (``filter_hz``) or a
-    limit (``limit``). For an estimator it is one of three things: a linear system between quantity
-    and reading (``instrument``), something that is taken back in the samples (``in_samples``), or
-    samples to leave out (``spoiled``). ``noise`` is
-    what it adds besides, and ``found`` reads off the samples what needs no model to be seen.
+    A fault states its forward law on whole histories (``distort``) and, where it can be undone, the
+    inverse (``undo``); else it is a filter (``filter_hz``) or a limit (``limit``). For an estimator
+    it is a linear system between quantity and reading (``instrument``), taken back in the samples
+    (``in_samples``), or samples to leave out (``spoiled``, ``noise``, ``found``: it is read off).
 
     Attributes of the class:
         of_kinds: quantities of the channels that can have it (``twin.quantity``).
         of_motor: True where not an instrument is at fault but a motor: ``distort`` then turns what
             was commanded, and recorded, into what the motor delivers, and nothing is undone.
-        in_samples: True where an estimator changes the samples themselves, by ``undo`` (a motor's
-            by ``distort``): a shift in time has no small state space.
+        in_samples: True where an estimator changes the samples, by ``undo`` (a motor's ``distort``).
         fitted: False where it is read off the samples and nothing of it is estimated.
         like_jumps: True where it cannot be told from a law that jumps by the samples alone.
     """
@@ -288,6 +284,10 @@ class ChannelFault(Mechanism):
     def limit(self) -> float | None:
         """Return the end of the channel's range, if it clips."""
         return None
+
+    def exceeded(self, reading: Array) -> bool:
+        """Return whether the channel's range does not end there in this recording."""
+        return False
 
     def _change(
         self, columns: Mapping[str, Array], function: Callable[[Array], Array]
