@@ -37,7 +37,7 @@ from twin.second_order import SecondOrderModel
 Array = NDArray[np.float64]
 Verdict = Literal["parameter", "missing_physics", "measurement", "unexplained"]
 On = Literal["drift", "motion", "body", "base", "channel", "channels", "actuator"]
-"""What a mechanism can sit on: a relative motion, an absolute one, a body, the base, channels, ..."""
+"""What a mechanism can sit on: a relative motion, an absolute one, a body, channels, ..."""
 
 INPUTS = frozenset({"force", "torque"})
 OUTPUTS = frozenset({"acc", "vel", "disp", "angle", "rate", "angacc", "strain", "voltage", "other"})
@@ -216,7 +216,7 @@ class ChannelFault(Mechanism):
         of_kinds: quantities of the channels that can have it (``twin.quantity``).
         of_motor: True where not an instrument is at fault but a motor: ``distort`` then turns what
             was commanded, and recorded, into what the motor delivers, and nothing is undone.
-        in_samples: True where an estimator changes the samples, by ``undo`` (a motor's ``distort``).
+        in_samples: True where an estimator changes the samples by ``undo`` (``distort``).
         fitted: False where it is read off the samples and nothing of it is estimated.
         like_jumps: True where it cannot be told from a law that jumps by the samples alone.
     """

@@ -22,8 +22,8 @@ from twin.model.linear import LinearModel
 Array = NDArray[np.float64]
 
 STEPS = 16
-"""Parts of a sample in which laws are stepped: the midpoint rule's error falls with the square, that
-of the instant at which dry friction begins to hold with the first power."""
+"""Parts of a sample in which laws are stepped: the midpoint rule's error falls with the square,
+that of the instant at which dry friction begins to hold with the first power."""
 
 
 TINY = 1e-12
