@@ -16,7 +16,9 @@ from twin.mechanisms.coulomb_friction import CoulombFriction
 from twin.mechanisms.cubic_stiffness import CubicStiffness
 from twin.mechanisms.damping import Damping
 from twin.mechanisms.sensor_gain import SensorGain
+from twin.mechanisms.sensor_unexplained import SensorUnexplained
 from twin.mechanisms.stiffness import Stiffness
+from twin.mechanisms.unmeasured_force import UnmeasuredForce
 
 
 @pytest.fixture(scope="module")
@@ -105,6 +107,23 @@ def test_an_instrument_is_as_good_as_its_calibration(problem):
             h = hypothesis(problem, SensorGain(channel, gain))
             found = fit(h, most=1, free=np.zeros(len(h.unknowns), bool))
             assert is_negligible(h, found) == [small], (gain, channel)
+
+
+def test_an_error_added_to_a_channel_is_measured_by_its_reading(problem):
+    level = problem.readings["acc_floor2"]
+    for share, small in ((0.004, True), (0.006, False)):
+        h = hypothesis(problem, SensorUnexplained("acc_floor2", share * level, 1.0))
+        found = fit(h, most=1, free=np.zeros(len(h.unknowns), bool))
+        assert is_negligible(h, found) == [small]
+
+
+def test_beside_an_unmeasured_force_what_its_spectrum_may_hide_is_negligible(problem):
+    force = UnmeasuredForce("floor1", 0.02, 7.0, 5.0)
+    size, spring = sizes(problem, force, Stiffness("storey2", 1.0))
+    for share, small in ((0.3, True), (0.6, False)):
+        h = hypothesis(problem, force, Stiffness("storey2", share * size / spring))
+        found = fit(h, most=1, free=np.zeros(len(h.unknowns), bool))
+        assert is_negligible(h, found) == [False, small]
 
 
 def test_a_channel_that_sees_a_law_jump_is_no_better_than_its_discrepancy(problem):

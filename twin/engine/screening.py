@@ -37,12 +37,14 @@ def screen(
     laws = [(c, s) for c in candidates for s in c.starts if isinstance(s, Law)]
     scores = _of_laws(test, laws, moved)
     least = float(np.log(max(len(candidates), 2)))
-    directions, valleys = list[_Direction](), []
+    directions, valleys, wandering = list[_Direction](), list[Candidate](), list[Candidate]()
     for candidate in candidates:
         first = candidate.starts[0]
         if isinstance(first, Law):
             continue
-        if isinstance(first, Disturbance) or not first.parameters:
+        if first.wanders:
+            wandering.append(candidate)
+        elif isinstance(first, Disturbance) or not first.parameters:
             # a force that nobody measured changes the innovations' covariance alone; what is there
             # or not has no strength
             if max(test.whole(candidate, s) for s in candidate.starts) > least:
@@ -65,6 +67,10 @@ def screen(
     for candidate in candidates:
         if candidate.label in promising:
             valleys.append(replace(candidate, starts=tuple(promising[candidate.label])))
+    if valleys or any(score.gain > least for score in scores):
+        # no small change tells of a resonance that comes from where there is none; but where it
+        # matters, something nearer does not fit either
+        valleys += wandering
     scores += of_valleys(fit, hypothesis, valleys)
     best = {c.label: Score(c, c.starts[0], 0.0) for c in candidates}
     for score in scores:

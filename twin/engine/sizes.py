@@ -3,8 +3,8 @@
 The size of what acts on the structure is the RMS of its modal force |p f|, that of an instrument's
 fault the RMS of what it changes in its channel. No law is exact: beside one, what is smaller than
 the discrepancy, or than the share of the laws' own forces that a discrepancy is expected to have,
-is nobody's finding, however much evidence many samples make of it. And an instrument is as good as
-its calibration.
+is nobody's finding, however much evidence many samples make of it. The spectrum of a force that nobody
+measured is known much less well than a law. And an instrument is as good as its calibration.
 """
 
 from __future__ import annotations
@@ -27,6 +27,10 @@ Array = NDArray[np.float64]
 CALIBRATED = 0.005
 """Share of its reading to which an instrument is calibrated at best (ISO 16063-21): what distorts
 it by less is no fault."""
+
+SPECTRUM_SHARE = float(np.sqrt(2) - 1)
+"""Share of an unmeasured force by which it is inexact: 3 dB, by which a resonance's spectrum is off
+another smooth one in its own band."""
 
 
 def forces(hypothesis: Hypothesis, z: Array, beside: Sequence[Stage]) -> list[float | None]:
@@ -136,21 +140,23 @@ def inexact(mechanisms: Sequence[Mechanism], sizes: Sequence[float | None], inde
 
     No law has quite the form that it is given, and no disturbance quite the spectrum.
     """
-    laws = [s for i, (s, m) in enumerate(zip(sizes, mechanisms, strict=True))
-            if i != index and isinstance(m, Law | Disturbance) and s]  # fmt: skip
-    return DISCREPANCY_SHARE * float(np.linalg.norm(laws))
+    left = [
+        (SPECTRUM_SHARE if isinstance(m, Disturbance) else DISCREPANCY_SHARE) * (s or 0.0)
+        for i, (s, m) in enumerate(zip(sizes, mechanisms, strict=True))
+        if i != index and isinstance(m, Law | Disturbance)
+    ]
+    return float(np.linalg.norm(left))
 
 
 def _calibrated(fault: ChannelFault, model: LinearModel, beside: Sequence[Stage]) -> bool:
-    """Return whether a fault distorts its channels by less than a calibration is good for.
-
-    What is added to a channel, as hum, is measured against its noise by the likelihood.
-    """
+    """Return whether a fault distorts its channels by less than a calibration is good for."""
     instrument = fault.instrument(1.0)
-    adds = instrument is not None and instrument.G.size > 0
-    if adds or fault.of_motor or not fault.parameters:
+    if fault.of_motor or not fault.parameters:
         return False
     pairs = [_altered_by(fault, s, name, model) for name in fault.channels for s in beside]
+    if instrument is not None and instrument.G.size:  # it adds what has no one history
+        added = float(np.sqrt(np.max(np.diag(instrument.C @ instrument.start @ instrument.C.T))))
+        pairs = [(added, level) for _, level in pairs]
     return max((change / level for change, level in pairs if level), default=0.0) < CALIBRATED
 
 

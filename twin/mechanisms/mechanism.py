@@ -9,9 +9,7 @@ motion of a structure with mechanisms is
     M q'' + R q' + K q + sum_j p_j f_j(d_j, v_j, z_j, t) = B u,     d_j = p_j^T q,
 
 where structural changes edit M, R, K and may add coordinates, and laws add forces f_j. Channel
-faults leave the motion alone and change what is recorded of it.
-
-Parameter values may be arrays that broadcast against the motion: many variants at once.
+faults leave the motion alone and change what is recorded of it. Values may be arrays.
 """
 
 from __future__ import annotations
@@ -73,6 +71,8 @@ class Mechanism(ABC):
     """How many of its first guesses are worth following: more where the likelihood has valleys."""
     steps: ClassVar[int] = 3
     """How many Gauss-Newton steps each is followed for: more along curved ridges."""
+    wanders: ClassVar[bool] = False
+    """True where it resonates elsewhere when its strength is another."""
     prior: ClassVar[Mapping[str, tuple[float, float]]] = {}
     """What is known of a parameter beforehand: mean and standard deviation."""
     shares: ClassVar[Mapping[str, tuple[str, float, float]]] = {}
