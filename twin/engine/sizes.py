@@ -3,8 +3,8 @@
 The size of what acts on the structure is the RMS of its modal force |p f|, that of an instrument's
 fault the RMS of what it changes in its channel. No law is exact: beside one, what is smaller than
 the discrepancy, or than the share of the laws' own forces that a discrepancy is expected to have,
-is nobody's finding, however much evidence many samples make of it. The spectrum of a force that nobody
-measured is known much less well than a law. And an instrument is as good as its calibration.
+is nobody's finding, however much evidence many samples make of it. The spectrum of an unmeasured
+force is known much less well than a law. And an instrument is as good as its calibration.
 """
 
 from __future__ import annotations
