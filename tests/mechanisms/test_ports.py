@@ -178,7 +178,9 @@ def test_what_sits_on_a_motor_is_offered_where_one_drives_a_joint():
     for chain in (model, absorber.second_order()):
         assert mechanisms.places(friction, chain, {}) == ["pendulum"]
         assert mechanisms.places(delay, chain, {}) == ["torque_pendulum"]
-    assert mechanisms.places(friction, linear("drive"), {}) == ["slide"]
+    # friction along a slide has one name
+    assert mechanisms.places(friction, linear("drive"), {}) == []
+    assert "slide" in mechanisms.places(ALL["coulomb_friction"], linear("drive"), {})
     assert mechanisms.places(delay, linear("drive"), {}) == ["force"]
     assert friction.units("m") == {"torque": "N"}
     assert mechanisms.places(delay, linear("portal_3d"), {}) == []
@@ -249,3 +251,12 @@ def test_springs_are_at_ease_where_gravity_leaves_a_sagging_beam():
     for mechanism in (ALL["cubic_stiffness"]("pin", 5000.0), ALL["bumper"]("tip.z", 500.0, 0.01)):
         still = beam.including(mechanism).simulate({}, RATE, 50).columns["angle"]
         assert np.ptp(still) < 1e-9
+
+
+def test_a_fault_sits_in_one_axis_of_a_vector_sensor():
+    faulty = load("rotated_sensors").including(ALL["sensor_gain"]("acc_a.y", 1.1))
+    seen = faulty.recorded({"acc_a.x": np.ones(3), "acc_a.y": np.ones(3)}, 100.0)
+    assert seen["acc_a.x"] == pytest.approx(np.ones(3))
+    assert seen["acc_a.y"] == pytest.approx(1.1 * np.ones(3))
+    with pytest.raises(ModelError, match="no channel 'acc_q.y'"):
+        load("rotated_sensors").including(ALL["sensor_gain"]("acc_q.y", 1.1))

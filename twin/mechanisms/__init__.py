@@ -86,7 +86,11 @@ def places(
     if cls.on == "channel" or cls.on == "channels":
         return []
     if cls.on == "actuator":
-        return list(model.driven if issubclass(cls, ChannelFault) else model.driven.values())
+        if issubclass(cls, ChannelFault):
+            return list(model.driven)
+        # a slide's dry friction is a force along it, as that of any joint
+        joints = model.driven.values()
+        return [name for name in joints if model.ports[name].unit == cls.port_unit]
     found = list(model.places(cls.on))
     if issubclass(cls, Disturbance):
         found += [place for place in model.places("base") if place not in found]

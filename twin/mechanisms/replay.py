@@ -6,6 +6,7 @@ from collections.abc import Iterable
 
 import mujoco
 
+from twin.channel import split_axis
 from twin.errors import ModelError, available
 from twin.mechanisms.base import places_of_base
 from twin.mechanisms.mechanism import ChannelFault, Disturbance, Mechanism
@@ -53,5 +54,5 @@ def _check(spec: mujoco.MjSpec, mechanism: Mechanism) -> None:
     if isinstance(mechanism, ChannelFault):
         there = [element.name for element in (*spec.sensors, *spec.actuators) if element.name]
         for channel in mechanism.channels:
-            if channel not in there:
+            if not {channel, split_axis(channel)[0]} & set(there):
                 raise ModelError(f"no channel '{channel}'; there are {available(there)}")
