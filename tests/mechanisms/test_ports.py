@@ -258,5 +258,5 @@ def test_a_fault_sits_in_one_axis_of_a_vector_sensor():
     seen = faulty.recorded({"acc_a.x": np.ones(3), "acc_a.y": np.ones(3)}, 100.0)
     assert seen["acc_a.x"] == pytest.approx(np.ones(3))
     assert seen["acc_a.y"] == pytest.approx(1.1 * np.ones(3))
-    with pytest.raises(ModelError, match="no channel 'acc_q.y'"):
+    with pytest.raises(ModelError, match=r"no channel 'acc_q\.y'"):
         load("rotated_sensors").including(ALL["sensor_gain"]("acc_q.y", 1.1))

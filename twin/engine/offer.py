@@ -16,7 +16,7 @@ from twin.engine.candidates import Candidate, priors_of, surroundings
 from twin.engine.problem import Motion, Problem
 from twin.estimation.likelihood import Run
 from twin.mechanisms import places, vocabulary
-from twin.mechanisms.mechanism import ChannelFault, Mechanism
+from twin.mechanisms.mechanism import ChannelFault, Law, Mechanism
 
 Array = NDArray[np.float64]
 
@@ -55,6 +55,8 @@ def offer(
         out = []
         for cls, there in by_class.items():
             for place in there:
+                if issubclass(cls, Law) and cls.replaces and not _held(problem, place):
+                    continue  # where no spring is, none can slip or have play
                 if candidate := _candidate(cls, place, around(place)):
                     out.append(candidate)
         return out
@@ -66,6 +68,12 @@ def _candidate(cls: type[Mechanism], place: str, around) -> Candidate | None:  #
     starts = cls.starts(place, around)
     sound = [s for s in starts if all(np.isfinite(v) for v in s.values.values())]
     return Candidate(tuple(sound), priors_of(sound)) if sound else None
+
+
+def _held(problem: Problem, place: str) -> bool:
+    """Return whether a spring holds a port: its motion along no free mode alone."""
+    row = problem.model.port(place)
+    return float(row @ problem.model.K @ row) > 0
 
 
 def _height(problem: Problem, place: str) -> float:

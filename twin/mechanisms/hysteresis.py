@@ -99,6 +99,7 @@ class Hysteresis(Law):
     valleys: ClassVar[int] = 2  # the drift at which it slips
     approximate: ClassVar[bool] = True
     abrupt: ClassVar[bool] = True
+    replaces: ClassVar[bool] = True
     shares: ClassVar = {"replaced": ("stiffness", 1.0, 0.5)}  # most likely the storey's own part
 
     stiffness: float = 0.0

@@ -153,12 +153,13 @@ class Law(Mechanism):
     Attributes of the class:
         memory: 1 where the law has an internal state, else 0.
         abrupt: True where the force has corners, so that an integration needs finer steps.
-        sticks: True for dry friction, whose corner is at rest; its numbers: its force, the rate
-            that ``law`` blurs it by.
+        sticks: True for dry friction; its numbers: its force, the rate that ``law`` blurs it by.
         approximate: True where native MuJoCo elements only come near the law.
+        replaces: True for a law that takes over stiffness which the port must have.
     """
 
     memory: ClassVar[int] = 0
+    replaces: ClassVar[bool] = False
     abrupt: ClassVar[bool] = False
     sticks: ClassVar[bool] = False
     approximate: ClassVar[bool] = False
@@ -296,5 +297,4 @@ class ChannelFault(Mechanism):
         for channel in self.channels:
             if channel not in columns:
                 raise ModelError(f"no channel '{channel}'; there are {available(columns)}")
-        changed = {name: function(columns[name]) for name in self.channels}
-        return {**columns, **changed}
+        return {**columns, **{name: function(columns[name]) for name in self.channels}}
