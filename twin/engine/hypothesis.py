@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.engine.blurring import CUT_OFF, smear
+from twin.engine.mending import mended
 from twin.engine.plant import Plant, plant_of
 from twin.engine.problem import Problem
 from twin.engine.scales import Scales
@@ -205,7 +206,7 @@ class Hypothesis:
         faults = [m for m in mechanisms if isinstance(m, ChannelFault) and m.in_samples]
         if not faults:
             return self.problem.trials
-        return self.problem.mended(faults)
+        return mended(self.problem, faults)
 
     def _start(self, trial: int, plant: Plant) -> Array:
         """Return the covariance of the state before the first sample."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from twin.arrays import filled, frozen
 from twin.engine.scales import Scales
 from twin.estimation.model import Trial, Unknown
-from twin.mechanisms.mechanism import ChannelFault, Mechanism
+from twin.mechanisms.mechanism import Mechanism
 from twin.model.linear import LinearModel
 
 Array = NDArray[np.float64]
@@ -118,9 +118,10 @@ class Problem:
     @cached_property
     def trials(self) -> tuple[Trial, ...]:
         """The recordings as the likelihood sees them."""
-        return tuple(self._trial(r.u, r.y) for r in self.recordings)
+        return tuple(self.trial(r.u, r.y) for r in self.recordings)
 
-    def _trial(self, u: Array, y: Array) -> Trial:
+    def trial(self, u: Array, y: Array) -> Trial:
+        """Return samples as the likelihood sees them: inputs (samples, r), outputs (samples, m)."""
         known = np.array(y)
         known[len(y) - EDGE :] = np.nan
         return Trial(u, self._smooth(u), known, self.step_s)
@@ -137,21 +138,11 @@ class Problem:
         fourth[2:-2] = np.diff(u, 4, axis=0)
         return u - second / 12 + fourth / 90
 
-    def mended(self, faults: Sequence[ChannelFault]) -> tuple[Trial, ...]:
-        """Return the recordings with faults taken back in their samples."""
-        names = (*self.model.inputs, *self.model.outputs)
-        split, out = len(self.model.inputs), []
-        for recording in self.recordings:
-            hidden = np.isnan(recording.y)
-            table = np.hstack([recording.u, filled(recording.y)])
-            columns = dict(zip(names, table.T, strict=True))
-            for fault in faults:
-                change = fault.distort if fault.of_motor else fault.undo
-                columns = change(columns, self.sampling_hz)
-            table = np.column_stack([columns[name] for name in names])
-            u, y = table[:, :split], np.where(hidden, np.nan, table[:, split:])
-            out.append(self._trial(u, y))
-        return tuple(out)
+    @cached_property
+    def feedthrough(self) -> Array:
+        """What the inputs do to the outputs at once, (m, r)."""
+        model = self.model
+        return np.asarray(model.Cu + model.Ca @ np.linalg.solve(model.M, model.B))
 
     @cached_property
     def readings(self) -> Mapping[str, float]:

@@ -40,6 +40,10 @@ class Clock(ChannelFault):
         """Return the channels as a wrong clock samples them."""
         return self._change(columns, lambda x: stretched(x, rate_hz, self.rate))
 
+    def moment(self, time: Array) -> Array:
+        """Return the time that a right clock would have shown."""
+        return time * (1 + self.rate)
+
     def undo(self, columns: Mapping[str, Array], rate_hz: float) -> dict[str, Array]:
         """Return the channels as a right clock would have sampled them."""
         return self._change(columns, lambda x: stretched(x, rate_hz, 1 / (1 + self.rate) - 1))

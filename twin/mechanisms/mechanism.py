@@ -261,14 +261,12 @@ class ChannelFault(Mechanism):
 
     @classmethod
     def found(cls, place: str, reading: Array, rate_hz: float) -> Self | None:
-        """Return the fault as it is read off a channel's samples, None where they show none.
-
-        Args:
-            place: the channel.
-            reading: its samples, (samples,).
-            rate_hz: samples per second.
-        """
+        """Return the fault as a channel's samples, (samples,), show it, None where they do not."""
         return None
+
+    def moment(self, time: Array) -> Array:
+        """Return when the quantity was what is recorded at a time [s]."""
+        return time
 
     def undo(self, columns: Mapping[str, Array], rate_hz: float) -> dict[str, Array]:
         """Return the channels as a sound instrument would have recorded them."""

@@ -33,6 +33,10 @@ class SensorDelay(ChannelFault):
         """Return the channels with the delay."""
         return self._change(columns, lambda x: later(x, self.delay, rate_hz))
 
+    def moment(self, time: Array) -> Array:
+        """Return a time before that of the recording by the delay."""
+        return time - self.delay
+
     def undo(self, columns: Mapping[str, Array], rate_hz: float) -> dict[str, Array]:
         """Return the channels without the delay."""
         return self._change(columns, lambda x: later(x, -self.delay, rate_hz))
