@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.arrays import filled, frozen
+from twin.arrays import frozen
 from twin.engine.scales import Scales
 from twin.estimation.model import Trial, Unknown
 from twin.mechanisms.mechanism import Mechanism
