@@ -1,4 +1,4 @@
-"""Faults that are taken back in the samples themselves: a channel that is late, a clock that is slow.
+"""Faults that are taken back in the samples: a channel that is late, a clock that is slow.
 
 Between samples a reading is taken as band-limited. Where the inputs are not, the corners that they
 give an acceleration at once are known: what is left of it is smooth, and only that is shifted.
