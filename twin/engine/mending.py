@@ -11,7 +11,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.engine.problem import Problem, filled
+from twin.arrays import filled
+from twin.engine.problem import Problem
 from twin.estimation.model import Trial
 from twin.mechanisms.mechanism import ChannelFault
 
@@ -58,7 +59,8 @@ def _undone(
 
 def _at(problem: Problem, x: Array, fault: ChannelFault) -> Array:
     """Return a signal as it was at the moments that were recorded, (samples,)."""
-    at = fault.moment(np.arange(len(x)) * problem.step_s) / problem.step_s
+    time = np.asarray(np.arange(len(x)) * problem.step_s, float)
+    at = fault.moment(time) / problem.step_s
     if problem.between == "held":
         return np.asarray(x[np.clip(np.floor(at).astype(int), 0, len(x) - 1)])
     return np.asarray(np.interp(at, np.arange(len(x)), x))
