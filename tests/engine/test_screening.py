@@ -5,9 +5,10 @@ import pytest
 from engine_support import lumped, recorded
 
 from twin.engine.pipeline import diagnose
-from twin.engine.screening import directions_of
+from twin.engine.screening import directions_of, nearest
 from twin.mechanisms.appendage import Appendage
 from twin.mechanisms.base_compliance import BaseCompliance
+from twin.mechanisms.sensor_delay import SensorDelay
 from twin.mechanisms.sensor_gain import SensorGain
 from twin.mechanisms.sensor_highpass import SensorHighpass
 from twin.mechanisms.stiffness import Stiffness
@@ -32,6 +33,17 @@ def test_guesses_of_another_frequency_are_another_direction():
     for first, alike in directions:
         for start, ratio in alike:
             assert first.scaled(ratio).values == pytest.approx(start.values)
+
+
+def test_of_guesses_that_are_only_stronger_the_one_that_is_told_is_followed():
+    masses = [Appendage("floor1", m, 5.0, 0.03) for m in (0.1, 0.5)]
+    ((first, alike),) = directions_of(masses)
+    assert nearest(alike, 0.8) == [first]
+    assert nearest(alike, 7.0) == [masses[1]]
+    assert nearest(alike, -3.0) == [first]
+    delays = [SensorDelay("acc", d) for d in (-1e-3, 1e-3, 5e-3)]
+    ((_, either),) = directions_of(delays)
+    assert nearest(either, 2.0) == delays
 
 
 def test_a_base_that_resonates_is_told_from_a_light_appendage():

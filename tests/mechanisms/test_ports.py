@@ -55,6 +55,8 @@ CHANGES = [
     ("two_storey", "damping", "floor2", 0.3),
     ("two_storey", "base_compliance", "ground", 5e4, 10.0, 2.5),
     ("drive", "mass", "carriage", 3.0),
+    ("portal_3d", "mass", "floor2", 0.2, 1.0),
+    ("cantilever", "mass", "link9", 0.002, 1.0),
     ("drive", "damping", "carriage", 30.0),
     ("drive", "base_compliance", "ground", 5e6, 10.0, 20.0),
 ]

@@ -43,8 +43,8 @@ def base_mechanisms(problem: Problem, z: Array) -> tuple[Mechanism, ...]:
     for name, _, k in problem.stiffnesses:
         out.append(Stiffness(name, float(k * np.expm1(problem.tolerance * z[at]))))
         at += 1
-    for name, _, m in problem.masses:
-        out.append(Mass(name, float(m * np.expm1(problem.tolerance * z[at]))))
+    for name, body in problem.masses:
+        out.append(Mass(name, float(body.mass * np.expm1(problem.tolerance * z[at])), 1.0))
         at += 1
     change = np.zeros_like(problem.model.R)
     for index, r in problem.dampings:
@@ -91,7 +91,13 @@ def including(twin: Twin, mechanisms: Sequence[Mechanism]) -> Twin:
     kept: list[Mechanism] = []
     for mechanism in (*twin.mechanisms, *mechanisms):
         changes = isinstance(mechanism, StructuralChange) and "change" in mechanism.parameters
-        same = [m for m in kept if type(m) is type(mechanism) and m.place == mechanism.place]
+        same = [
+            m
+            for m in kept
+            if changes
+            and type(m) is type(mechanism)
+            and m.with_values({"change": 0.0}) == mechanism.with_values({"change": 0.0})
+        ]
         if changes and same:
             total = same[0].values["change"] + mechanism.values["change"]
             kept[kept.index(same[0])] = same[0].with_values({"change": total})

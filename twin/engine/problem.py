@@ -15,6 +15,7 @@ from twin.engine.scales import Scales
 from twin.estimation.model import Trial, Unknown
 from twin.mechanisms.mechanism import Mechanism
 from twin.model.linear import LinearModel
+from twin.model.port import Body
 
 Array = NDArray[np.float64]
 Between = Literal["band_limited", "linear", "held"]
@@ -190,14 +191,11 @@ class Problem:
         return tuple(found)
 
     @cached_property
-    def masses(self) -> tuple[tuple[str, Array, float], ...]:
-        """Bodies whose mass is a parameter: name, translation (3, n), mass [kg]."""
-        out = []
-        for name, body in self.model.bodies.items():
-            share = body.mass * np.linalg.norm(body.translation) ** 2
-            if share > TELLABLE * np.linalg.norm(self.model.M):
-                out.append((name, body.translation, body.mass))
-        return tuple(out)
+    def masses(self) -> tuple[tuple[str, Body], ...]:
+        """Bodies whose mass is a parameter, their moment of inertia in proportion to it."""
+        least = TELLABLE * np.linalg.norm(self.model.M)
+        return tuple((n, b) for n, b in self.model.bodies.items()
+                     if b.mass * np.linalg.norm(b.translation) ** 2 > least)  # fmt: skip
 
     @cached_property
     def dampings(self) -> tuple[tuple[int, float], ...]:
@@ -217,7 +215,7 @@ class Problem:
         return (
             *(Unknown(f"stiffness {n}", np.log(k), self.tolerance, True)
               for n, _, k in self.stiffnesses),
-            *(Unknown(f"mass {n}", np.log(m), self.tolerance, True) for n, _, m in self.masses),
+            *(Unknown(f"mass {n}", np.log(b.mass), self.tolerance, True) for n, b in self.masses),
             *(Unknown(f"damping of mode {i + 1}", np.log(r), loose, True)
               for i, r in self.dampings),
         )  # fmt: skip
@@ -229,8 +227,9 @@ class Problem:
         for _, row, k in self.stiffnesses:
             K += k * np.expm1(self.tolerance * z[at]) * np.outer(row, row)
             at += 1
-        for _, rows, m in self.masses:
-            M += m * np.expm1(self.tolerance * z[at]) * (rows.T @ rows)
+        for _, body in self.masses:
+            rows = body.translation
+            M += np.expm1(self.tolerance * z[at]) * (body.mass * rows.T @ rows + body.spin)
             at += 1
         for index, r in self.dampings:
             R[index, index] += r * np.expm1(self.damping_tolerance * z[at])
@@ -247,8 +246,9 @@ class Problem:
         first = len(self.stiffnesses)
         for axis in base:
             row = np.array(base[axis].row)
-            for i, (_, rows, m) in enumerate(self.masses):
-                row += m * np.expm1(self.tolerance * z[first + i]) * rows[AXES.index(axis)]
+            for i, (_, body) in enumerate(self.masses):
+                share = np.expm1(self.tolerance * z[first + i])
+                row += body.mass * share * body.translation[AXES.index(axis)]
             base[axis] = replace(base[axis], row=row)
         for axis, column in ground_inputs(model.inputs, model.base).items():
             B[:, column] += model.base[axis].row - base[axis].row

@@ -47,8 +47,11 @@ def screen(
         elif isinstance(first, Disturbance) or not first.parameters:
             # a force that nobody measured changes the innovations' covariance alone; what is there
             # or not has no strength
-            if max(test.whole(candidate, s) for s in candidate.starts) > least:
-                valleys.append(candidate)
+            rises = [test.whole(candidate, start) for start in candidate.starts]
+            if max(rises) > least:
+                likelier = np.argsort(rises)[len(rises) // 2 :]
+                kept = tuple(candidate.starts[i] for i in sorted(likelier))
+                valleys.append(replace(candidate, starts=kept))
         elif first.valleys == 1 and (freed := _freed(test, candidate, first)) is not None:
             scores.append(freed)
         else:
@@ -63,7 +66,7 @@ def screen(
             scores += [_scaled(test, candidate, start, gain, strength / ratio, shift * ratio)
                        for start, ratio in alike]  # fmt: skip
         elif gain > least:
-            promising.setdefault(candidate.label, []).extend(start for start, _ in alike)
+            promising.setdefault(candidate.label, []).extend(nearest(alike, strength))
     for candidate in candidates:
         if candidate.label in promising:
             valleys.append(replace(candidate, starts=tuple(promising[candidate.label])))
@@ -77,6 +80,18 @@ def screen(
         if score.gain > best[score.candidate.label].gain:
             best[score.candidate.label] = score
     return sorted(best.values(), key=lambda s: -s.gain)
+
+
+def nearest(alike: Sequence[tuple[Mechanism, float]], strength: float) -> list[Mechanism]:
+    """Return which of several strengths along one direction to follow: the one that is told.
+
+    All where they are of either sign: so far from nothing the direction is another one.
+    """
+    ratios = np.array([ratio for _, ratio in alike])
+    if np.any(ratios < 0):
+        return [start for start, _ in alike]
+    told = max(strength, float(np.min(ratios)))
+    return [alike[int(np.argmin(np.abs(np.log(ratios / told))))][0]]
 
 
 def _of_laws(

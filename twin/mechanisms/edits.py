@@ -115,9 +115,15 @@ def follow(spec: mujoco.MjSpec, mass: float, damping: float, stiffness: float) -
 
 
 def set_mass(
-    spec: mujoco.MjSpec, body: Any, change: float = 0.0, total: float | None = None
+    spec: mujoco.MjSpec,
+    body: Any,
+    change: float = 0.0,
+    total: float | None = None,
+    in_proportion: float = 0.0,
 ) -> None:
-    """Change a body's mass [kg] by ``change``, or make it ``total``; its inertia stays.
+    """Change a body's mass [kg] by ``change``, or make it ``total``.
+
+    Its inertia stays, or grows as much as the mass where ``in_proportion`` is 1.
 
     What counts is the compiled mass, whether it was written or came from geoms.
 
@@ -128,6 +134,7 @@ def set_mass(
     mass = body.mass + change if total is None else total
     if not (np.isfinite(mass) and mass > 0):
         raise ModelError(f"{body.name}: a mass of {mass:.4g} kg would be left, it must be positive")
+    body.inertia = np.array(body.inertia) * (1 + in_proportion * (mass / body.mass - 1))
     body.mass = mass
 
 

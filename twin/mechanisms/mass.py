@@ -9,6 +9,7 @@ import mujoco
 
 from twin.mechanisms.edits import add_point_mass, body_named, set_mass
 from twin.mechanisms.mechanism import Model, StructuralChange, Surroundings
+from twin.model.linear import LinearModel
 from twin.parameter import Parameter
 
 
@@ -18,6 +19,10 @@ class Mass(StructuralChange):
 
     At a body it is the mass at its centre, at a site a point mass there, eccentric perhaps; its
     weight acts as well.
+
+    Attributes:
+        in_proportion: 1 where a body is heavier throughout, so that its moment of inertia grows
+            with its mass; 0 where something small is added.
 
     Source: eqs. (2)-(6).
     """
@@ -30,10 +35,15 @@ class Mass(StructuralChange):
     stage: ClassVar[int] = 0
 
     change: float = 0.0
+    in_proportion: float = 0.0
 
     def edit(self, model: Model) -> Model:
         """Return the model with the mass added."""
-        return model.loaded(self.place, self.change)
+        loaded = model.loaded(self.place, self.change)
+        if not self.in_proportion or not isinstance(model, LinearModel):
+            return loaded
+        body = model.bodies[self.place]
+        return loaded.adding(M=self.in_proportion * self.change / body.mass * body.spin)
 
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Change the body's mass, or put a point mass at the site."""
@@ -44,7 +54,7 @@ class Mass(StructuralChange):
             return
         body = body_named(spec, self.place)
         if self.change:
-            set_mass(spec, body, change=self.change)
+            set_mass(spec, body, change=self.change, in_proportion=self.in_proportion)
 
     @classmethod
     def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
 import mujoco
@@ -79,7 +80,7 @@ def bodies_of(reduced: Reduced, shapes: Array) -> tuple[dict[str, Body], dict[st
     def heights(y: Array) -> Array:
         """Return what gravity pushes a kilogram at each point with along the freedoms."""
         freedoms = reduced.displaced(y)
-        rows = [model.opt.gravity @ at(reduced.data)[0] @ freedoms for at, _ in points.values()]
+        rows = [model.opt.gravity @ at(reduced.data)[0] @ freedoms for at, *_ in points.values()]
         return np.array(rows).ravel()
 
     weights = np.zeros((len(points), n, n))
@@ -87,17 +88,20 @@ def bodies_of(reduced: Reduced, shapes: Array) -> tuple[dict[str, Body], dict[st
         weights = -derivative(heights, n).reshape(len(points), n, n)
         reduced.at_rest()
     found: tuple[dict[str, Body], dict[str, Body]] = ({}, {})
-    for ((kind, name), (at, mass)), weight in zip(points.items(), weights, strict=True):
+    for ((kind, name), (at, mass, turned)), weight in zip(points.items(), weights, strict=True):
         translation, rotation = (jacobian @ basis for jacobian in at(reduced.data))
         moves = max(np.max(np.abs(translation)), np.max(np.abs(rotation)))
         if moves > STILL * largest:
             weight = shapes.T @ (weight + weight.T) @ shapes / 2
-            found[kind == "site"][name] = Body(mass, translation, rotation, weight)
+            spin = rotation.T @ turned(reduced.data) @ rotation
+            found[kind == "site"][name] = Body(mass, translation, rotation, weight, spin)
     return found
 
 
-def _points(model: mujoco.MjModel) -> Iterator[tuple[tuple[str, str], tuple[_Jacobian, float]]]:
-    """Yield the centre of every body with mass and every named site: its Jacobian and its mass."""
+def _points(
+    model: mujoco.MjModel,
+) -> Iterator[tuple[tuple[str, str], tuple[_Jacobian, float, Callable[[mujoco.MjData], Array]]]]:
+    """Yield the centre of every body with mass and every named site: Jacobian, mass, inertia."""
 
     def of(function: Any, index: int) -> _Jacobian:
         def jacobian(data: mujoco.MjData) -> tuple[Array, Array]:
@@ -107,13 +111,17 @@ def _points(model: mujoco.MjModel) -> Iterator[tuple[tuple[str, str], tuple[_Jac
 
         return jacobian
 
+    def inertia(index: int, data: mujoco.MjData) -> Array:
+        axes = data.ximat[index].reshape(3, 3)
+        return np.asarray(axes @ np.diag(model.body_inertia[index]) @ axes.T)
+
     for index in range(1, model.nbody):
         if model.body_mass[index] > 0:
-            key = ("body", body_name(model, index))
-            yield key, (of(mujoco.mj_jacBodyCom, index), float(model.body_mass[index]))
+            jacobian, mass = of(mujoco.mj_jacBodyCom, index), float(model.body_mass[index])
+            yield ("body", body_name(model, index)), (jacobian, mass, partial(inertia, index))
     for index in range(model.nsite):
         if name := mujoco.mj_id2name(model, _OBJ.mjOBJ_SITE, index):
-            yield ("site", name), (of(mujoco.mj_jacSite, index), 0.0)
+            yield ("site", name), (of(mujoco.mj_jacSite, index), 0.0, lambda _: np.zeros((3, 3)))
 
 
 def body_name(model: mujoco.MjModel, index: int) -> str:

@@ -60,21 +60,23 @@ class Body:
         translation: motion of its centre of mass along x, y, z for unit q [m], (3, n).
         rotation: rotation about x, y, z for unit q [rad], (3, n).
         weight: stiffness that gravity gives a kilogram there [N/m per kg], (n, n).
+        spin: mass matrix of its rotation about its centre, (n, n).
     """
 
     mass: float
     translation: Array
     rotation: Array
     weight: Array
+    spin: Array
 
     def __post_init__(self) -> None:
-        for name in ("translation", "rotation", "weight"):
+        for name in ("translation", "rotation", "weight", "spin"):
             object.__setattr__(self, name, frozen(getattr(self, name), float))
 
     def within(self, T: Array) -> Body:
         """Return the body for motions q = T z, T (n, k)."""
-        weight = T.T @ self.weight @ T
-        return Body(self.mass, self.translation @ T, self.rotation @ T, weight)
+        weight, spin = T.T @ self.weight @ T, T.T @ self.spin @ T
+        return Body(self.mass, self.translation @ T, self.rotation @ T, weight, spin)
 
 
 @dataclass(frozen=True)
