@@ -41,6 +41,7 @@ def test_a_channel_that_the_model_lacks_is_refused_with_those_it_has():
     odd = plain(1, acc_floor7=np.ones(SAMPLES))
     said = refused([odd], [plain(2)])
     assert "record1.csv: channel 'acc_floor7' is not in" in said
+    assert said.endswith("`twin convert` with --map leaves out what is not wanted")
     for there in ("acc_floor1", "acc_floor2", "disp_floor1", "force_floor2", "acc_ground"):
         assert there in said
     assert "record9.csv" in refused([plain(1)], [plain(2), plain(9, disp_floor3=np.ones(SAMPLES))])

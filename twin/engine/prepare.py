@@ -158,7 +158,7 @@ def _of_model(twin: Twin, recording: Recording, notes: list[str]) -> Recording:
         unknown = (meant or list(recording.names))[0]
         raise RecordingError(
             f"{recording.source}: channel '{unknown}' is not in {twin.source}; it has "
-            f"{available(sorted(there))}"
+            f"{available(sorted(there))}; `twin convert` with --map leaves out what is not wanted"
         )
     if lost:
         left = ", ".join(c.name for c in lost)
