@@ -12,12 +12,8 @@ S (S + B)^-1. The forces are those of a pass without B.
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +22,7 @@ from twin.estimation.density import Part, density
 from twin.estimation.kalman import EquivalentLinear, Gains, gains
 from twin.estimation.laws import addresses
 from twin.estimation.model import Assembly, Model, Trial
+from twin.estimation.parallel import each
 from twin.estimation.sensitivities import (
     STEP,
     Slopes,
@@ -94,24 +91,6 @@ class Value:
     information: Array
     runs: tuple[Run, ...]
     trials: tuple[Trial, ...]
-
-
-@cache
-def _pool() -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(max_workers=os.cpu_count(), thread_name_prefix="recordings")
-
-
-os.register_at_fork(after_in_child=_pool.cache_clear)  # threads do not come along
-
-
-def each(function: Callable[[int], Any], count: int) -> list[Any]:
-    """Return what a function gives for 0, 1, .., side by side on all cores.
-
-    The compiled loops run without the interpreter's lock. The function must not call ``each``.
-    """
-    if count == 1:
-        return [function(0)]
-    return list(_pool().map(function, range(count)))
 
 
 def run(

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from twin.estimation.kalman import EquivalentLinear, Gains, gains
 from twin.estimation.neighbours import neighbouring_gains
+from twin.estimation.parallel import each
 from twin.estimation.system import Sampled, sampled
 
 if TYPE_CHECKING:
@@ -102,9 +103,11 @@ def slopes_of(
         assembly = model.assemble(near)
         own = plants_of(assembly, model) if unknowns[group[0]].role == "system" else plants
         moved |= {index: (assembly, own) for index in group}
-    trials = range(len(model.trials))
     return tuple(
-        _of_trial(trial, unknowns, here, plants, moved, equivalents[trial]) for trial in trials
+        each(
+            lambda i: _of_trial(i, unknowns, here, plants, moved, equivalents[i]),
+            len(model.trials),
+        )
     )
 
 
