@@ -2,10 +2,16 @@
 
 import numpy as np
 import pytest
-from engine_support import lumped, recorded
+from engine_support import lumped, recorded, rng, tones
 
+from twin.engine.beginning import added, moved_to, start_of
+from twin.engine.candidates import Candidate, priors_of
+from twin.engine.hypothesis import Hypothesis
 from twin.engine.pipeline import diagnose
+from twin.engine.prepare import prepare
 from twin.engine.screening import directions_of, nearest
+from twin.engine.valleys import of_valleys
+from twin.estimation.fit import fit
 from twin.mechanisms.appendage import Appendage
 from twin.mechanisms.base_compliance import BaseCompliance
 from twin.mechanisms.sensor_delay import SensorDelay
@@ -70,3 +76,26 @@ def test_hum_on_all_channels_is_hum_on_all_channels():
         ("sensor_hum", "acc_floor1"),
         ("sensor_hum", "acc_floor2"),
     }
+
+
+def test_a_race_on_the_first_seconds_promises_no_more_than_all_samples_bring():
+    hung = lumped().including(Appendage("floor1", 0.05, 5.0, 0.03))
+    fine, rate, samples = 8, 128.0, 4096
+    force = tones(samples * fine, rate * fine, 1, 0.3)
+    force[2 * int(rate) * fine :] = 0.0  # what follows is noise
+    moved = hung.simulate({"force_floor2": force}, rate * fine, len(force)).columns
+    columns = {"force_floor2": force[::fine]}
+    for floor in ("floor1", "floor2"):
+        clean = moved[f"acc_{floor}"][::fine]
+        columns[f"acc_{floor}"] = clean + 2e-3 * rng(2).standard_normal(samples)
+    blow = Recording.build(rate, columns, "blow.csv")
+    problem = prepare(lumped(), [blow], [recorded(lumped(), 3)]).train
+    blank = Hypothesis(problem)
+    calibrated = fit(blank, start_of(blank))
+    starts = tuple(Appendage("floor1", 0.04, f, 0.03) for f in (4.5, 5.2))
+    hanging = Candidate(starts, priors_of(starts))
+    (score,) = of_valleys(calibrated, blank, [hanging])
+    grown = added(blank, hanging, score.start)
+    brought = fit(grown, moved_to(grown, blank, calibrated.z, score.start))
+    gain = brought.log_posterior - calibrated.log_posterior
+    assert 0.3 * gain < score.gain <= gain + 1.0

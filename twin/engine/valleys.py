@@ -69,7 +69,6 @@ def of_valleys(fit: Fit, hypothesis: Hypothesis, candidates: Sequence[Candidate]
         problem,
         recordings=tuple(replace(r, u=r.u[:PART], y=r.y[:PART]) for r in problem.recordings),
     )
-    share = problem.samples / part.samples
     short = replace(hypothesis, problem=part)
     here = climb(short, fit.z, most=2)
     known = {u.name: z for u, z in zip(hypothesis.unknowns, fit.z, strict=True)}
@@ -91,14 +90,18 @@ def of_valleys(fit: Fit, hypothesis: Hypothesis, candidates: Sequence[Candidate]
         racing, behind = racing[:ahead], behind + racing[ahead:]
     scores = []
     for candidate, runners in racing + behind:
-        posterior, z, grown = runners[0]
+        _, z, grown = runners[0]
         shift = {
             u.name: float(x) - known[u.name]
             for u, x in zip(grown.unknowns, z, strict=True)
             if u.role != "noise" and u.name in known
         }
-        gain = share * (posterior - here.log_posterior)
-        scores.append(Score(candidate, grown.at(z)[-1], max(gain, 0.0), shift))
+        # how much of it the other samples hold, only they can say: a blow is over in seconds
+        whole = replace(grown, problem=problem)
+        mechanism = grown.at(z)[-1]
+        posterior, _, _ = likeliest(whole, [z, moved_to(whole, hypothesis, fit.z, mechanism)])
+        gain = posterior - fit.log_posterior
+        scores.append(Score(candidate, mechanism, max(gain, 0.0), shift))
     return scores
 
 
