@@ -128,10 +128,13 @@ class Hypothesis:
             role: Any = "law" if isinstance(mechanism, Law) else "system"
             if isinstance(mechanism, ChannelFault) and mechanism.in_samples:
                 role = "samples"
+            # what a law takes over of the structure's stiffness, a share of its own, is linear
+            linear = {*mechanism.shares, *(whole for whole, _, _ in mechanism.shares.values())}
             for name, parameter in mechanism.parameters.items():
                 mean, deviation = priors[name]
                 title = f"{mechanism.name} {mechanism.place} {name}"
-                out.append(Unknown(title, mean, deviation, parameter.scale == "log", role))
+                own = "system" if name in linear else role
+                out.append(Unknown(title, mean, deviation, parameter.scale == "log", own))
         for place in self.doubted:
             if place in self.smeared:
                 size, quick = self.problem.readings[place], CUT_OFF * self.problem.sampling_hz / 2
@@ -191,7 +194,8 @@ class Hypothesis:
         for j, law in enumerate(laws):
             around = problem.known_scales if law in problem.known else self.scales
             assert around is not None
-            numbers[j, : len(law.numbers)] = law.numbers
+            bare = law.parted()[0].numbers
+            numbers[j, : len(bare)] = bare
             scales[j] = around.at(law.place)
         steps = STEPS if laws else 1
         compiled = tuple(law.compiled for law in laws)

@@ -56,6 +56,8 @@ def plant_of(
         if isinstance(mechanism, StructuralChange):
             model = mechanism.edit(model)
     laws = [m for m in mechanisms if isinstance(m, Law)]
+    for law in laws:
+        model = model.adding(K=law.parted()[1], along=model.port(law.place))
     n = len(model.coordinates)
     inverse = np.linalg.inv(model.M)
     lower = -inverse @ np.hstack([model.K, model.R])

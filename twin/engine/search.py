@@ -128,7 +128,9 @@ def search(
         fits.sort(key=lambda e: -e.log_odds)
         if not fits or fits[0].log_odds <= best.log_odds:
             break
-        best = fits[0]
+        better = [e for e in fits if e.log_odds > best.log_odds]
+        # what is a trifle beside the others may stand in for what is none
+        best = next((e for e in better if not _ends_in_a_trifle(e)), better[0])
         best = _without_needless(best, cost, tried)
         hypothesis, found = again(best.hypothesis, best.fit)
         if hypothesis is not best.hypothesis:
@@ -138,7 +140,7 @@ def search(
             calibrated = fit(empty, calibrated.z)
             nothing = Explanation(empty, calibrated, calibrated.log_evidence)
             tried = {(): nothing}  # the others were with other inputs
-        if _ends_in_trifles(best):
+        if _ends_in_a_trifle(best):
             break
         moved = motions(problem, best.hypothesis, best.fit.z)
     others = sorted((e for e in tried.values() if e.labels != best.labels),
@@ -146,7 +148,7 @@ def search(
     return Found(nothing, best, tuple(others), tuple(screened), moved)
 
 
-def _ends_in_trifles(best: Explanation) -> bool:
+def _ends_in_a_trifle(best: Explanation) -> bool:
     """Return whether the last mechanism found is smaller than the laws before it are inexact."""
     mechanisms, z = best.hypothesis.at(best.fit.z), best.fit.z
     if isinstance(mechanisms[-1], ChannelFault):

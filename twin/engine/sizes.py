@@ -51,8 +51,10 @@ def forces(hypothesis: Hypothesis, z: Array, beside: Sequence[Stage]) -> list[fl
     law = 0
     for index, mechanism in enumerate(mechanisms):
         if isinstance(mechanism, Law):
-            weight = float(np.linalg.norm(model.port(mechanism.place)))
-            sizes[index] = weight * _rms([s.followed.f[:, law] for s in beside])
+            row, stiffness = model.port(mechanism.place), mechanism.parted()[1]
+            whole = [s.followed.f[:, law] + stiffness * (s.followed.x[:, : len(row)] @ row)
+                     for s in beside]  # fmt: skip
+            sizes[index] = float(np.linalg.norm(row)) * _rms(whole)
             law += 1
         elif isinstance(mechanism, Disturbance):
             place = mechanism.place

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Self
 
 import mujoco
@@ -60,6 +60,10 @@ class Clearance(Law):
 
     law = staticmethod(law)
     corners = staticmethod(corners)
+
+    def parted(self) -> tuple[Self, float]:
+        """Return the part as it bears, and the stiffness that the storey loses to it."""
+        return replace(self, replaced=0.0), -self.replaced
 
     def priors(self) -> dict[str, tuple[float, float]]:
         """It is most likely a part of the storey itself that has play.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Self
 
 import mujoco
@@ -116,6 +116,10 @@ class Hysteresis(Law):
     law = staticmethod(law)
 
     flow = staticmethod(flow)
+
+    def parted(self) -> tuple[Self, float]:
+        """Return the part as it bears, and the stiffness that the storey loses to it."""
+        return replace(self, replaced=0.0), -self.replaced
 
     def priors(self) -> dict[str, tuple[float, float]]:
         """A part of the storey slips, most likely its own, from a thousandth of it to all of it.

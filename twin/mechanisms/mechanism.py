@@ -68,7 +68,7 @@ class Mechanism(ABC):
     stage: ClassVar[int] = 1
     """Mechanisms of a lower stage edit first: masses and the base before what depends on them."""
     valleys: ClassVar[int] = 1
-    """How many of its first guesses are worth following: more where the likelihood has valleys."""
+    """How many of its first guesses are worth following."""
     steps: ClassVar[int] = 3
     """How many Gauss-Newton steps each is followed for: more along curved ridges."""
     wanders: ClassVar[bool] = False
@@ -176,6 +176,10 @@ class Law(Mechanism):
         """Every field but the place, in order: the law's last arguments."""
         return tuple(getattr(self, f.name) for f in fields(self) if f.name != "place")
 
+    def parted(self) -> tuple[Self, float]:
+        """Return the law without what is linear in the drift, and that as a stiffness [N/m]."""
+        return self, 0.0
+
     @property
     def compiled(self) -> Compiled:
         """The law as the predictor steps it."""
@@ -208,15 +212,13 @@ class Disturbance(Mechanism):
 class ChannelFault(Mechanism):
     """What an instrument does to its channel.
 
-    A fault states its forward law on whole histories (``distort``) and, where it can be undone, the
-    inverse (``undo``); else it is a filter (``filter_hz``) or a limit (``limit``). For an estimator
-    it is a linear system between quantity and reading (``instrument``), taken back in the samples
-    (``in_samples``), or samples to leave out (``spoiled``, ``noise``, ``found``: it is read off).
+    It states what it does to whole histories (``distort``) and, where it can be undone, the inverse
+    (``undo``). For an estimator it is a linear system between quantity and reading (``instrument``),
+    taken back (``in_samples``), or samples to leave out (``spoiled``, ``noise``, ``found``).
 
     Attributes of the class:
         of_kinds: quantities of the channels that can have it (``twin.quantity``).
-        of_motor: True where not an instrument is at fault but a motor: ``distort`` then turns what
-            was commanded, and recorded, into what the motor delivers, and nothing is undone.
+        of_motor: True for a motor's: ``distort`` turns what was commanded into what it delivers.
         in_samples: True where an estimator changes the samples by ``undo`` (``distort``).
         fitted: False where it is read off the samples and nothing of it is estimated.
         like_jumps: True where it cannot be told from a law that jumps by the samples alone.

@@ -34,7 +34,7 @@ class PDelta(StructuralChange):
     on: ClassVar = "drift"
     parameters: ClassVar = {"factor": Parameter("1", "share of the weight above that acts")}
     reference: ClassVar[str] = "Timoshenko and Gere 1961, Theory of Elastic Stability"
-    prior: ClassVar = {"factor": (1.15, 0.3)}  # 1 for rigid links, 6/5 for clamped beams
+    prior: ClassVar = {"factor": (1.1, 0.1)}  # 1 for rigid links, 6/5 for clamped beams
 
     factor: float = 0.0
     height: float = 1.0
