@@ -213,7 +213,7 @@ class ChannelFault(Mechanism):
     """What an instrument does to its channel.
 
     It states what it does to whole histories (``distort``) and, where it can be undone, the inverse
-    (``undo``). For an estimator it is a linear system between quantity and reading (``instrument``),
+    (``undo``). For an estimator it is a linear system from quantity to reading (``instrument``),
     taken back (``in_samples``), or samples to leave out (``spoiled``, ``noise``, ``found``).
 
     Attributes of the class:
