@@ -133,7 +133,7 @@ class Hypothesis:
             for name, parameter in mechanism.parameters.items():
                 mean, deviation = priors[name]
                 title = f"{mechanism.name} {mechanism.place} {name}"
-                own = "system" if name in linear else role
+                own: Any = "system" if name in linear else role
                 out.append(Unknown(title, mean, deviation, parameter.scale == "log", own))
         for place in self.doubted:
             if place in self.smeared:
