@@ -32,8 +32,9 @@ from twin.engine.screening import added, moved_to  # noqa: E402
 from twin.engine.search import start_of  # noqa: E402
 from twin.estimation.fit import Fit, fit  # noqa: E402
 from twin.estimation.kalman import gains  # noqa: E402
-from twin.estimation.likelihood import evaluate, open_loop, run  # noqa: E402
+from twin.estimation.likelihood import evaluate  # noqa: E402
 from twin.estimation.model import Trial  # noqa: E402
+from twin.estimation.passing import open_loop, run  # noqa: E402
 from twin.estimation.system import sampled  # noqa: E402
 from twin.mechanisms import vocabulary  # noqa: E402
 from twin.model import Twin  # noqa: E402

@@ -5,8 +5,9 @@ from scipy.integrate import solve_ivp
 
 from twin.estimation.kalman import gains
 from twin.estimation.laws import memory_along
-from twin.estimation.likelihood import evaluate, open_loop, run
+from twin.estimation.likelihood import evaluate
 from twin.estimation.model import Trial
+from twin.estimation.passing import open_loop, run
 from twin.estimation.system import sampled
 
 PORTS = ((1.0, 0.0),)

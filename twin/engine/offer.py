@@ -14,7 +14,7 @@ from scipy import signal
 
 from twin.engine.candidates import Candidate, priors_of, surroundings
 from twin.engine.problem import Motion, Problem
-from twin.estimation.likelihood import Run
+from twin.estimation.passing import Run
 from twin.mechanisms import places, vocabulary
 from twin.mechanisms.mechanism import ChannelFault, Law, Mechanism
 

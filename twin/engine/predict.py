@@ -24,8 +24,9 @@ from scipy.optimize import least_squares
 from twin.engine.hypothesis import Hypothesis
 from twin.engine.problem import Problem
 from twin.estimation.kalman import Gains, gains
-from twin.estimation.likelihood import LawAverages, Run, averages_at, gaussian, open_loop, run
+from twin.estimation.likelihood import gaussian
 from twin.estimation.model import Assembly, Trial
+from twin.estimation.passing import LawAverages, Run, averages_at, open_loop, run
 from twin.estimation.system import Noise, Sampled, sampled
 from twin.mechanisms.mechanism import ChannelFault, Mechanism
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from twin.engine.hypothesis import Hypothesis
 from twin.engine.problem import Motion
 from twin.estimation.laws import memory_along
-from twin.estimation.likelihood import Run
+from twin.estimation.passing import Run
 from twin.mechanisms.mechanism import Law
 
 Array = NDArray[np.float64]

@@ -21,8 +21,9 @@ from twin.engine.beginning import added, beginnings, moved_to
 from twin.engine.candidates import Candidate
 from twin.engine.hypothesis import Hypothesis
 from twin.estimation.fit import Fit
-from twin.estimation.likelihood import Run, Value, evaluate, gaussian, passes
+from twin.estimation.likelihood import Value, evaluate, gaussian, passes
 from twin.estimation.parallel import each
+from twin.estimation.passing import Run
 from twin.mechanisms.mechanism import ChannelFault, Mechanism
 
 Array = NDArray[np.float64]

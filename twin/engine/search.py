@@ -18,7 +18,8 @@ from twin.engine.screening import screen
 from twin.engine.sizes import forces, inexact
 from twin.engine.valleys import Score
 from twin.estimation.fit import Fit, fit
-from twin.estimation.likelihood import Run, evaluate
+from twin.estimation.likelihood import evaluate
+from twin.estimation.passing import Run
 from twin.mechanisms.mechanism import ChannelFault
 
 Array = NDArray[np.float64]

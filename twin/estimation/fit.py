@@ -1,4 +1,9 @@
-"""Maximum a posteriori estimates by Gauss-Newton, and their evidence by Laplace's method."""
+"""Maximum a posteriori estimates by Gauss-Newton, and their evidence by Laplace's method.
+
+What laws do on the average of the motion (``LawAverages``) is held while a step is looked for, for
+the derivatives know nothing of its change, and follows after each: iteratively reweighted least
+squares (Holland and Welsch 1977). A step may lose by what follows; the best place is kept.
+"""
 
 from __future__ import annotations
 
@@ -30,6 +35,9 @@ FARTHEST = 8.0
 
 TOLD = 0.9
 """Posterior over prior variance above which the recordings say nothing of an unknown."""
+
+PATIENCE = 3
+"""Steps in a row that may lose what they gained by the averages that follow them."""
 
 TRIES = 8
 """Steps that may fail to climb, each damped ten times more, before a fit rests where it is."""
@@ -112,7 +120,8 @@ def fit(
     if not np.all(np.isfinite(here.information)):
         raise ValueError("the model runs away where the fit begins")
     score = here.log_likelihood - 0.5 * float(z @ z)
-    damping, step = 0.0, 0
+    damping, step, idle = 0.0, 0, 0
+    best = here, score, z
     code: Code = "stopped"
     for step in range(1, most + 1):
         watch(step, score)
@@ -120,16 +129,20 @@ def fit(
         if promise < ENOUGH:
             code = "converged"
             break
-        found = None if moved is None else _with_derivatives(model, moved)
+        found = None if moved is None else _with_derivatives(model, moved.z)
         if moved is None or found is None:
             break
-        gained = moved.log_posterior - score
-        here, score, z = found, moved.log_posterior, moved.z
-        if gained < ENOUGH and damping == 0.0:
+        z = moved.z
+        gained = found.log_likelihood - 0.5 * float(z @ z) - score
+        here, score = found, score + gained
+        idle = 0 if score > best[1] else idle + 1
+        best = (here, score, z) if idle == 0 else best
+        if idle == PATIENCE or (abs(gained) < ENOUGH and damping == 0.0):
             code = "converged"
             break
-        if score + 10 * max(gained, promise) < hopeless:
+        if best[1] + 10 * max(gained, promise) < hopeless:
             break
+    here, score, z = best
     H = _hessian(here, moving)
     if code == "stopped" and np.max(np.abs(z[moving]), initial=0.0) > FARTHEST:
         code = "ran away"
@@ -147,25 +160,27 @@ def ascend(model: Model, z: Array, steps: int) -> tuple[float, Array]:
     Raises:
         ValueError: the model has no likelihood where it begins.
     """
-    moving, damping, score = np.ones(len(z), bool), 0.0, -np.inf
+    moving, damping, best = np.ones(len(z), bool), 0.0, (-np.inf, z)
     for _ in range(steps):
         with np.errstate(all="ignore"):
             here = evaluate(model, z)
         score = here.log_likelihood - 0.5 * float(z @ z)
         if not np.all(np.isfinite(here.information)):
             raise ValueError("the model runs away where the fit begins")
+        best = max(best, (score, z), key=lambda pair: pair[0])
         moved, damping, _ = _climbed(model, z, here, score, moving, damping)
         if moved is None:
-            break
-        score, z = moved.log_posterior, moved.z
-    return score, z
+            return best
+        z = moved.z
+    with np.errstate(all="ignore"):
+        last = evaluate(model, z, derivatives=False).log_likelihood - 0.5 * float(z @ z)
+    return max(best, (last, z), key=lambda pair: pair[0])
 
 
 @dataclass(frozen=True)
 class _Moved:
-    """A place that a step led to: the model without derivatives, log posterior, values (p,)."""
+    """A place that a step led to: log posterior and values (p,)."""
 
-    value: Value
     log_posterior: float
     z: Array
 
@@ -182,7 +197,7 @@ def _climbed(
         promise = float(g @ delta - 0.5 * delta @ H @ delta)
         if promise < ENOUGH:
             break
-        moved = _try(model, z + _within_reach(model, delta), score)
+        moved = _try(model, z + _within_reach(model, delta), score, here)
         if moved is not None:
             return moved, damping / 10 if damping > 1e-6 else 0.0, promise
         damping = max(10 * damping, 1e-3)
@@ -210,26 +225,26 @@ def _within_reach(model: Model, delta: Array) -> Array:
     return out / max(1.0, float(np.max(np.abs(out) / reach)))
 
 
-def _try(model: Model, z: Array, score: float) -> _Moved | None:
+def _try(model: Model, z: Array, score: float, here: Value) -> _Moved | None:
     """Return the model at other values; None where it is not likelier.
 
-    Derivatives cost ten times as much, and are not asked for.
+    Derivatives cost ten times as much, and are not asked for; averages are those from where it is.
     """
     try:
         # a step may lead anywhere; where nothing is finite it is not taken
         with np.errstate(all="ignore"):
-            found = evaluate(model, z, derivatives=False)
+            found = evaluate(model, z, False, [run.averages for run in here.runs])
     except (ValueError, np.linalg.LinAlgError):
         return None
     posterior = found.log_likelihood - 0.5 * float(z @ z)
-    return _Moved(found, posterior, z) if posterior > score else None
+    return _Moved(posterior, z) if posterior > score else None
 
 
-def _with_derivatives(model: Model, moved: _Moved) -> Value | None:
+def _with_derivatives(model: Model, z: Array) -> Value | None:
     """Return the model at a place with derivatives, None where it has none."""
     try:
         with np.errstate(all="ignore"):
-            found = evaluate(model, moved.z, averages=[run.averages for run in moved.value.runs])
+            found = evaluate(model, z)
     except (ValueError, np.linalg.LinAlgError):
         return None
     return found if np.all(np.isfinite(found.information)) else None

@@ -87,6 +87,37 @@ def gains(
     return Gains(state, noise.held[:, None] * held, innovation, P)
 
 
+def start_covariances(
+    sampled: Sampled, noise: Noise, gain: Gains, equivalent: EquivalentLinear | None
+) -> Array:
+    """Return the covariance of the state before each sample until its gains settle, (t, n, n).
+
+    ``LONGEST_START`` at most. Arguments are those of ``gains``, and what it returned.
+    """
+    A = sampled.whole if equivalent is None else sampled.whole + equivalent.whole
+    W = np.ascontiguousarray(sampled.entry)
+    spread = W * noise.held
+    first = min(len(gain.state) - 1, LONGEST_START)
+    return np.asarray(
+        _covariances(
+            np.ascontiguousarray(A), W, spread @ spread.T + sampled.Q, noise.start,
+            gain.state[:first], gain.held[:first], gain.innovation[:first],
+        )
+    )  # fmt: skip
+
+
+@numba.njit(nogil=True, cache=True)
+def _covariances(A, W, Q, start, state, held, innovation):  # type: ignore[no-untyped-def]
+    samples, n, m = state.shape
+    out = np.zeros((samples, n, n))
+    AP, K, KT, KS = np.zeros((n, n)), np.zeros((n, m)), np.zeros((m, n)), np.zeros((n, m))
+    AT, P = A.T.copy(), start.copy()
+    for k in range(samples):
+        out[k] = P
+        _propagate(A, AT, W, Q, P, state[k], held[k], innovation[k], AP, K, KT, KS)
+    return out
+
+
 def stationary_gains(sampled: Sampled, noise: Noise) -> Gains:
     """Return the stationary gains alone (``gains`` has those that lead there).
 

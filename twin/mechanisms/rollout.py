@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from twin.errors import ModelError
 from twin.estimation.kalman import Gains
 from twin.estimation.laws import MOST_NUMBERS
-from twin.estimation.likelihood import run
+from twin.estimation.passing import run
 from twin.estimation.system import System, sampled
 from twin.mechanisms.mechanism import ChannelFault, Disturbance, Law, Mechanism, StructuralChange
 from twin.mechanisms.replay import in_order

@@ -28,9 +28,9 @@ NOISE = 6.0
 """Standard deviations of the noise, three to either side, within which a reading is at the end of
 the range: three in a thousand are farther."""
 
-RINGS = 5
-"""Samples over which an analyser's filter rings after a corner: two periods of its edge, at 0.78 of
-half the sampling rate."""
+RINGS = 10
+"""Samples over which an analyser's filter rings after a corner: that of eighth order, whose edge is
+at 0.78 of half the sampling rate, falls to a hundredth in them."""
 
 NEAR = 0.02
 """Share of the level by which readings at the end of a range differ behind an analyser's filter."""

@@ -1,0 +1,212 @@
+"""The predictor's pass over one recording, and what laws do on the average of its motion.
+
+Where a law jumps an output is more uncertain than its noise, by variances B that the forces
+themselves tell (``Model.blur``): the innovations' covariance S there is S + B, and the predictor
+believes it less, by S (S + B)^-1. The forces are those of a pass without B. Where a recording
+begins the state is hardly known, and so are they: by half their difference between both ends of
+what it may be.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.estimation.kalman import EquivalentLinear, Gains, gains, start_covariances
+from twin.estimation.laws import addresses
+from twin.estimation.model import Assembly, Model, Trial
+from twin.estimation.sensitivities import (
+    Slopes,
+    gain_matrices,
+    no_slopes,
+    numbers_of,
+    read_matrix,
+    step_matrix,
+)
+from twin.estimation.stepping import predict
+from twin.estimation.system import Noise, Sampled, transition
+
+Array = NDArray[np.float64]
+
+SHARP = 1e-3
+"""Share of an output's innovation variance below which another variance changes nothing: 0.05 % of
+its weight."""
+
+
+@dataclass(frozen=True)
+class LawAverages:
+    """What laws do on the average of one recording's motion; of a linear model nothing.
+
+    Attributes:
+        equivalent: what they add to the linear system, for the gains.
+        blur: variances of the outputs beside their noise's, (samples, m).
+    """
+
+    equivalent: EquivalentLinear | None = None
+    blur: Array | None = None
+
+
+@dataclass(frozen=True)
+class Run:
+    """The predictor's pass over one recording.
+
+    Attributes:
+        e: innovations, (samples, m); zero where nothing was measured.
+        de: their derivatives, (samples, m, p); p = 0 without.
+        x: states before each sample, (samples, n).
+        z: memories of the laws, (samples, l).
+        f: forces of the laws at the samples, (samples, l).
+        gains: of the predictor.
+        sampled: the sampled system.
+        averages: what the laws do on the average of the motion.
+    """
+
+    e: Array
+    de: Array
+    x: Array
+    z: Array
+    f: Array
+    gains: Gains
+    sampled: Sampled
+    averages: LawAverages
+
+
+def run(
+    assembly: Assembly,
+    trial: Trial,
+    plant: Sampled,
+    gain: Gains,
+    slopes: Slopes | None = None,
+    x0: Array | None = None,
+    z0: Array | None = None,
+    begin_s: float = 0.0,
+    dx0: Array | None = None,
+    averages: LawAverages | None = None,
+) -> Run:
+    """Step the predictor over one recording.
+
+    Args:
+        assembly: for laws and numbers.
+        trial: the recording.
+        plant: its sampled system.
+        gain: gains of the predictor.
+        slopes: derivatives with respect to p unknowns; without, only the first state changes.
+        x0: state before the first sample, (n,), or rest.
+        z0: memories of the laws before it, (l,), or zero.
+        begin_s: time of the first sample [s].
+        dx0: derivatives of the first state, (n, p).
+        averages: what the laws do on the average of the motion; they blur nothing without.
+    """
+    laws, numbers, system = len(assembly.laws), numbers_of(assembly), plant.system
+    averages = averages or LawAverages()
+    n, (samples, m) = len(plant.A), trial.y.shape
+    d = slopes or no_slopes(plant, gain, numbers, 0 if dx0 is None else dx0.shape[1])
+    p = len(d.order)
+    e, de = np.empty((samples, m)), np.empty((samples, m, p))
+    x, z, f = np.empty((samples, n)), np.empty((samples, laws)), np.empty((samples, laws))
+    c = np.ascontiguousarray
+    predict(
+        addresses(assembly.laws), step_matrix(plant), read_matrix(plant),
+        np.vstack([system.drift, system.rate]), numbers,
+        gain_matrices(gain), _trust(gain, averages.blur), c(trial.u), c(trial.between), c(trial.y),
+        np.zeros(n) if x0 is None else c(x0, dtype=float),
+        np.zeros(laws) if z0 is None else c(z0, dtype=float),
+        begin_s, plant.steps, trial.step_s, (~assembly.held).astype(float), c(assembly.scales),
+        d.step, d.read, d.gain, d.numbers,
+        np.zeros((n, p)) if dx0 is None else c(dx0[:, d.order]), d.order, e, de, x, z, f,
+    )  # fmt: skip
+    return Run(e, de, x, z, f, gain, plant, averages)
+
+
+def _trust(gain: Gains, blur: Array | None) -> Array:
+    """Return S (S + B)^-1 of every sample, (samples, m, m); none where nothing is blurred."""
+    if blur is None:
+        return np.zeros((0, 0, 0))
+    S = gain.innovation[np.minimum(np.arange(len(blur)), len(gain.innovation) - 1)]
+    m = S.shape[1]
+    trust = np.broadcast_to(np.eye(m), S.shape).copy()
+    hit = np.flatnonzero(np.any(blur > SHARP * np.diagonal(S, axis1=1, axis2=2), axis=1))
+    wide = S[hit].copy()
+    wide[:, range(m), range(m)] += blur[hit]
+    trust[hit] = np.linalg.solve(wide, S[hit]).swapaxes(1, 2)
+    return trust
+
+
+def averages_at(model: Model, here: Assembly, plants: Sequence[Sampled], index: int) -> LawAverages:
+    """Return what the laws do on the average of a recording, by a pass that knows nothing of it.
+
+    Their forces are replaced by k d + c v with the least mean square error.
+    """
+    if not here.laws:
+        return LawAverages()
+    plant, trial = plants[here.which[index]], here.trials[index]
+    passed = run(here, trial, plant, gains(plant, here.noises[index], missing=trial.missing))
+    system = plant.system
+    blur = model.blur(passed.f, system) if model.blurred else None
+    rows = []
+    for j, row in enumerate(system.drift):
+        motion = np.column_stack([passed.x @ row, passed.x @ system.rate[j]])
+        size = np.maximum(np.sqrt(np.mean(motion**2, axis=0)), 1e-300)
+        k, c = np.linalg.lstsq(motion / size, passed.f[:, j], rcond=None)[0] / size
+        rows.append(k * row + c * system.rate[j])
+    tangent = np.array(rows)
+    if not np.all(np.isfinite(tangent)):
+        return LawAverages(None, blur)
+    with np.errstate(all="ignore"):  # laws that run away here: another step will not go there
+        bent = system.A + system.E @ tangent
+        whole = transition(bent, np.zeros((len(bent), 0)), plant.steps * plant.step_s, 0)[0]
+    equivalent = EquivalentLinear(whole - plant.whole, system.F @ tangent)
+    if not (np.all(np.isfinite(equivalent.whole)) and np.all(np.isfinite(equivalent.C))):
+        return LawAverages(None, blur)
+    if blur is not None:
+        unknown = unknown_forces(here, passed, here.noises[index], equivalent, tangent)
+        blur = blur + unknown**2 @ (system.F**2).T
+    return LawAverages(equivalent, blur)
+
+
+def unknown_forces(
+    here: Assembly, passed: Run, noise: Noise, equivalent: EquivalentLinear, tangent: Array
+) -> Array:
+    """Return how uncertain laws' forces are because the first state was, (samples, l).
+
+    What linear forces have of it is left out, for that is in the gains.
+
+    Args:
+        here: the laws.
+        passed: a pass over the recording.
+        noise: its levels.
+        equivalent: what they add to the linear system.
+        tangent: the same as forces of the state, (l, n).
+    """
+    out = np.zeros_like(passed.f)
+    plant = passed.sampled
+    try:
+        gain = gains(plant, noise, equivalent=equivalent)
+    except (ValueError, np.linalg.LinAlgError):
+        return out
+    more = start_covariances(plant, noise, gain, equivalent)[: len(out)] - gain.predicted
+    k = len(more)
+    time = np.arange(k) * here.trials[0].step_s
+
+    def deviation(row: Array) -> Array:
+        return np.asarray(np.sqrt(np.maximum(np.einsum("i,kij,j->k", row, more, row), 0.0)))
+
+    for j, law in enumerate(here.laws):
+        d, v = plant.system.drift[j], plant.system.rate[j]
+        x, numbers = passed.x[:k], here.numbers[j, : law.count]
+        below, above = (
+            law.force(x @ d + s * deviation(d), x @ v + s * deviation(v), passed.z[:k, j], time,
+                      *numbers)
+            for s in (-1.0, 1.0)
+        )  # fmt: skip
+        half = np.abs(np.broadcast_to(above - below, k)) / 2
+        out[:k, j] = np.maximum(half - deviation(tangent[j]), 0.0)
+    return out
+
+
+def open_loop(gain: Gains) -> Gains:
+    """Return gains that listen to nothing: the predictor is then a simulation."""
+    return Gains(0 * gain.state[-1:], 0 * gain.held[-1:], gain.innovation, gain.predicted)
