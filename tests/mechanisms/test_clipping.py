@@ -40,6 +40,17 @@ def test_a_range_that_ends_before_the_filter_is_found(level):
     assert np.mean(hidden) < 0.95
 
 
+def test_a_blow_of_three_samples_is_hidden_with_what_the_filter_leaves_of_it():
+    signal, width = 0.4 * resonant(6), round(0.012 * RATE * FINE)
+    pulse = np.sin(np.pi * np.arange(width) / width)
+    for begin in range(900, len(signal) - width, 2600):
+        signal[begin : begin + width] += 2.5 * pulse
+    reading, sound = analysed(np.clip(signal, -1.2, 1.2)), analysed(signal)
+    hidden = Clipping("acc_floor1", 1.2).spoiled(reading)
+    assert np.max(np.abs(reading - sound)[~hidden]) < 0.06
+    assert np.mean(hidden) < 0.6
+
+
 @pytest.mark.parametrize("seed", range(8))
 def test_a_sound_channel_has_no_end(seed):
     assert Clipping.found("acc_floor1", analysed(resonant(seed), seed=seed), RATE) is None

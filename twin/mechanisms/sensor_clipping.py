@@ -109,9 +109,10 @@ class SensorClipping(ChannelFault):
         """Return the samples at the end of the range, and some to either side of each.
 
         To leave out by its own reading whoever stands near the end keeps those whose noise points
-        inwards; and a sensor that clips before the analyser's filter makes that ring.
+        inwards; and a sensor that clips before the analyser's filter makes that ring, and of a blow
+        it leaves less than the level.
         """
-        near = max(NEAR * self.level, NOISE / 2 * noise_floor(reading))
+        near = max(OVERSHOOT * self.level, NOISE / 2 * noise_floor(reading))
         ends = np.abs(reading) >= self.level - near
         for rings in range(RINGS, 0, -1):
             wide = binary_dilation(ends, iterations=rings)
