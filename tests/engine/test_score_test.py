@@ -86,3 +86,26 @@ def test_a_swap_is_worth_a_race_only_where_channels_are_swapped(sound):
     swap = SensorSwap("acc_floor1+acc_floor2")
     assert sound.whole(candidate(swap), swap) < 0
     assert score_of(swap).whole(candidate(swap), swap) > 100.0
+
+
+def test_freeing_a_parameter_promises_what_least_squares_with_a_second_one_bring(sound):
+    unknowns = sound.hypothesis.unknowns
+    shared = [i for i, u in enumerate(unknowns) if u.role != "noise"]
+    rows, w = [np.eye(len(shared))], [sound.fit.z[shared]]
+    for index, run in enumerate(sound.runs):
+        part = gaussian(run, sound.hypothesis.trials[index])
+        own = [i for i, u in enumerate(unknowns) if u.trial in (None, index)]
+        rows.append(part.whitened(run.de[:, :, [own.index(i) for i in shared]]))
+        w.append(part.white.ravel())
+    J, w, wide = np.vstack([*rows, np.zeros(len(shared))]), np.concatenate([*w, [0.0]]), 12.0
+    alone, *_ = np.linalg.lstsq(J, -w, rcond=None)
+    for free in range(len(shared)):
+        second = J[:, free].copy()
+        second[free], second[-1] = 0.0, 1 / wide
+        both = np.column_stack([J, second])
+        step, *_ = np.linalg.lstsq(both, -w, rcond=None)
+        gain = 0.5 * (np.sum((w + J @ alone) ** 2) - np.sum((w + both @ step) ** 2))
+        found = sound.freed(unknowns[shared[free]].name, wide)
+        assert found[0] == pytest.approx(gain, rel=1e-3, abs=1e-6)
+        assert found[1] == pytest.approx(step[-1], rel=1e-3, abs=1e-6)
+        assert step[-1] * found[2] == pytest.approx(step[:-1] - alone, rel=1e-3, abs=1e-5)

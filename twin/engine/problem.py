@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from twin.arrays import frozen
 from twin.engine.scales import Scales
+from twin.engine.straight import above, calmed, missed, raised
 from twin.estimation.model import Trial, Unknown
 from twin.mechanisms.mechanism import Mechanism
 from twin.model.linear import LinearModel
@@ -125,19 +126,11 @@ class Problem:
         """Return samples as the likelihood sees them: inputs (samples, r), outputs (samples, m)."""
         known = np.array(y)
         known[len(y) - EDGE :] = np.nan
-        return Trial(u, self._smooth(u), known, self.step_s)
-
-    def _smooth(self, u: Array) -> Array:
-        """Return inputs whose straight lines between samples are those of a band-limited signal.
-
-        Straight lines lose sinc^2 of it; to fourth order in the frequency that is put back first.
-        """
-        if self.between != "band_limited" or len(u) < 5:
-            return u
-        second, fourth = np.zeros_like(u), np.zeros_like(u)
-        second[1:-1] = np.diff(u, 2, axis=0)
-        fourth[2:-2] = np.diff(u, 4, axis=0)
-        return u - second / 12 + fourth / 90
+        if self.between != "band_limited":
+            return Trial(u, u, known, self.step_s)
+        # to first order what the lines miss is what the nominal twin misses
+        known -= missed(self.model, u, self.step_s)
+        return Trial(u, raised(u), known, self.step_s)
 
     @cached_property
     def feedthrough(self) -> Array:
@@ -220,9 +213,21 @@ class Problem:
               for i, r in self.dampings),
         )  # fmt: skip
 
+    @cached_property
+    def calm(self) -> tuple[int, ...]:
+        """Coordinates that are too fast for what happens from sample to sample."""
+        band_limited = self.between == "band_limited"
+        return tuple(np.flatnonzero(above(self.model, self.step_s) & band_limited).tolist())
+
+    @cached_property
+    def _damping(self) -> Array:
+        """Damping matrix as it is stepped, (n, n)."""
+        band_limited = self.between == "band_limited"
+        return calmed(self.model, self.step_s) if band_limited else self.model.R
+
     def base(self, z: Array) -> LinearModel:
         """Return the twin at values z of its base unknowns, (base unknowns,)."""
-        K, M, R = self.model.K.copy(), self.model.M.copy(), self.model.R.copy()
+        K, M, R = self.model.K.copy(), self.model.M.copy(), self._damping.copy()
         at = 0
         for _, row, k in self.stiffnesses:
             K += k * np.expm1(self.tolerance * z[at]) * np.outer(row, row)

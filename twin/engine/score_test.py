@@ -50,6 +50,7 @@ class ScoreTest:
         self.runs = value.runs
         self.parts = [gaussian(r, t) for r, t in zip(value.runs, value.trials, strict=True)]
         shared = [i for i, u in enumerate(hypothesis.unknowns) if u.role != "noise"]
+        self._shared = shared
         self.names = [hypothesis.unknowns[i].name for i in shared]
         slopes = [self._slopes(index, shared) for index in range(len(self.runs))]
         q, self._root = np.linalg.qr(np.vstack([*slopes, np.eye(len(shared))]))
@@ -109,6 +110,24 @@ class ScoreTest:
 
     def _whitened(self, changes: Callable[[int, slice], Array], some: slice, i: int) -> Array:
         return self.whitened(i, changes(i, some))
+
+    def freed(self, name: str, wide: float) -> Told:
+        """Return what a second unknown that does as one of the fit's own does would bring.
+
+        Its direction is that one's but for its row of the prior: what the samples say of it, others
+        can in part say as well, and while it is held to its prior they do.
+
+        Args:
+            name: of the fit's own.
+            wide: the second one's prior deviation in the first one's, the unit of its strength.
+        """
+        index = self.names.index(name)
+        row = self._prior[index]
+        pull = float(self.fit.z[self._shared[index]]) - float(row @ self._told)
+        information = max(1.0 - float(row @ row), ROUNDING) + wide**-2
+        shift = np.linalg.solve(self._root, row)
+        shift[index] -= 1.0
+        return 0.5 * pull**2 / information, pull / information, shift
 
     def along(self, pairs: Sequence[tuple[Candidate, Mechanism]]) -> list[Told | None]:
         """Return what is told along the changes that mechanisms make when they are small.

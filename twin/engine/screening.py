@@ -173,13 +173,16 @@ def _stronger(first: Mechanism, other: Mechanism) -> float | None:
 def _freed(test: ScoreTest, candidate: Candidate, start: Mechanism) -> Score | None:
     """Return what freeing a parameter of the twin from its prior brings, if it is one.
 
-    What the calibration has moved it by becomes the change; the likelihood stays, the prior's cost
-    goes.
+    The twin's own goes back towards its mean, and the change takes its place.
     """
     name = f"{start.name} {start.place}"
-    for unknown, z in zip(test.hypothesis.unknowns, test.fit.z, strict=True):
+    for unknown in test.hypothesis.unknowns:
         if unknown.name == name:
-            moved = unknown.value(float(z)) - unknown.value(0.0)
-            change = start.with_values({next(iter(start.parameters)): moved})
-            return Score(candidate, change, 0.5 * float(z) ** 2, {name: -float(z)})
+            (parameter,) = start.parameters
+            nominal = unknown.value(0.0)
+            wide = candidate.priors[parameter][1] / (unknown.deviation * nominal)
+            gain, strength, shift = test.freed(name, wide)
+            change = unknown.value(strength) - nominal
+            moved = dict(zip(test.names, (strength * shift).tolist(), strict=True))
+            return Score(candidate, start.with_values({parameter: change}), gain, moved)
     return None

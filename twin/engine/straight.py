@@ -1,0 +1,114 @@
+"""What straight lines between samples miss of band-limited inputs.
+
+Lines whose corners are raised (``Problem``) are right for what is slow beside the sampling. A mode
+that is not follows the lines' corners, and would ring at each.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.model.linear import LinearModel
+
+Array = NDArray[np.float64]
+
+RAISED = (1 / 12, 1 / 90)
+"""Shares of minus the second and of the fourth difference that are added to the corners: lines then
+keep a band-limited signal, to fourth order in the frequency."""
+
+HELD = 1e-9
+"""Share of the largest stiffness that a mode has at least that a spring holds."""
+
+CALM = 0.7
+"""Damping ratio that modes above half the sampling rate are given in steps from sample to sample:
+they follow what is slow and do not ring at corners that the true force has not (at any ratio their
+own is not seen: an analyser cuts their ringing off)."""
+
+DISTINCT = 1e-9
+"""Least distance of a mode's two poles, as a share of their size."""
+
+
+def raised(u: Array) -> Array:
+    """Return inputs, (samples, r), whose straight lines are those of a band-limited signal.
+
+    Straight lines lose sinc^2 of it; to fourth order in the frequency that is put back first.
+    """
+    if len(u) < 5:
+        return u
+    second, fourth = np.zeros_like(u), np.zeros_like(u)
+    second[1:-1] = np.diff(u, 2, axis=0)
+    fourth[2:-2] = np.diff(u, 4, axis=0)
+    return np.asarray(u - RAISED[0] * second + RAISED[1] * fourth)
+
+
+def missed(model: LinearModel, u: Array, step_s: float) -> Array:
+    """Return outputs, (samples, m): of a band-limited input less those of its raised lines.
+
+    Nothing where all modes are below half the sampling rate, as the lines serve them well.
+
+    Args:
+        model: in modal coordinates.
+        u: inputs, (samples, r).
+        step_s: sampling interval [s].
+    """
+    fast = above(model, step_s)
+    if not np.any(fast):
+        return np.zeros((len(u), len(model.outputs)))
+    mass, stiffness = np.diag(model.M), np.diag(model.K)
+    held = np.flatnonzero(stiffness > HELD * np.max(stiffness))
+    length = 2 * len(u)  # as much silence as there is signal: nothing comes round
+    spectrum = np.fft.rfft(u, length, axis=0)
+    w = 2 * np.pi * np.fft.rfftfreq(length, step_s)
+    out = np.zeros((len(w), len(model.outputs)), complex)
+    for j in held:
+        square, rate = stiffness[j] / mass[j], model.R[j, j] / mass[j]
+        stepped = 2 * CALM * np.sqrt(square) if fast[j] else rate
+        exact = _answer(square, rate, w, step_s, lines=False)
+        found = _answer(square, stepped, w, step_s, lines=True)
+        q, v, a = exact - found
+        push = spectrum @ (model.B[j] / mass[j])
+        seen = q[:, None] * model.Cd[:, j] + v[:, None] * model.Cv[:, j]
+        seen = seen + a[:, None] * model.Ca[:, j]
+        out += push[:, None] * seen
+    return np.asarray(np.fft.irfft(out, length, axis=0)[: len(u)])
+
+
+def above(model: LinearModel, step_s: float) -> NDArray[np.bool_]:
+    """Return which coordinates are modes above half the sampling rate, (n,)."""
+    squares = np.diag(model.K) / np.diag(model.M)
+    return np.asarray(squares > (np.pi / step_s) ** 2)
+
+
+def _answer(
+    square: float, rate: float, w: Array, step_s: float, lines: bool
+) -> NDArray[np.complex128]:
+    """Return displacement, velocity, and acceleration less the force's own, (3, frequencies).
+
+    Of q'' + rate q' + square q = force, a band-limited one or its raised lines.
+    """
+    half = 0.5 * np.sqrt(complex(rate**2 - 4 * square))
+    half = half if abs(half) > DISTINCT * np.sqrt(square) else DISTINCT * np.sqrt(square)
+    z, s = np.exp(1j * w * step_s), 4 * np.sin(0.5 * w * step_s) ** 2
+    corner = 1 + RAISED[0] * s + RAISED[1] * s**2
+    q, v = np.zeros(len(w), complex), np.zeros(len(w), complex)
+    for sign in (1, -1):
+        pole = -0.5 * rate + sign * half
+        if lines:
+            over = np.exp(pole * step_s)
+            constant = (over - 1) / pole
+            ramp = (constant / step_s - 1) / pole
+            state = (constant - ramp + z * ramp) / (z - over) * corner
+        else:
+            state = 1 / (1j * w - pole)
+        q += state * sign / (2 * half)
+        v += pole * state * sign / (2 * half)
+    return np.array([q, v, -square * q - rate * v])
+
+
+def calmed(model: LinearModel, step_s: float) -> Array:
+    """Return the damping matrix, (n, n), with modes above half the sampling rate not ringing."""
+    R = np.array(model.R)
+    at = np.flatnonzero(above(model, step_s))
+    R[at, at] = 2 * CALM * np.sqrt(np.diag(model.K) * np.diag(model.M))[at]
+    return R
