@@ -59,7 +59,7 @@ def missed(model: LinearModel, u: Array, step_s: float) -> Array:
     held = np.flatnonzero(stiffness > HELD * np.max(stiffness))
     length = 2 * len(u)  # as much silence as there is signal: nothing comes round
     spectrum = np.fft.rfft(u, length, axis=0)
-    w = 2 * np.pi * np.fft.rfftfreq(length, step_s)
+    w = np.asarray(2 * np.pi * np.fft.rfftfreq(length, step_s), float)
     out = np.zeros((len(w), len(model.outputs)), complex)
     for j in held:
         square, rate = stiffness[j] / mass[j], model.R[j, j] / mass[j]
