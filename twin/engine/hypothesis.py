@@ -263,8 +263,8 @@ class Hypothesis:
             if added not in groups:
                 groups[added] = len(plants)
                 model = loaded(base, recording.added_mass)
-                calm = problem.calm
-                plants.append(plant_of(model, mechanisms, levels, problem.readings, calm))
+                stirred = problem.stirred
+                plants.append(plant_of(model, mechanisms, levels, problem.readings, stirred))
             which.append(groups[added])
         starts = tuple(self._start(t, plants[k]) for t, k in enumerate(which))
         if len(self._kept) >= KEPT:

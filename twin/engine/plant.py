@@ -42,7 +42,7 @@ def plant_of(
     mechanisms: Sequence[Mechanism],
     latent: Sequence[tuple[str, float, float]],
     readings: Mapping[str, float],
-    calm: Sequence[int] = (),
+    stirred: Array | None = None,
 ) -> Plant:
     """Return the plant of a model with mechanisms.
 
@@ -52,8 +52,8 @@ def plant_of(
         latent: port or output, RMS [N or the output's unit] and corner frequency [Hz] of each
             discrepancy.
         readings: RMS of each output.
-        calm: coordinates that no noise moves. What is held over a sample jumps, and moves one that
-            is fast beside the sampling as no band-limited noise does.
+        stirred: by what noise stirs each of the first coordinates more than it does in steps from
+            sample to sample, (n,), 0 where none is to; 1 without.
     """
     for mechanism in sorted(mechanisms, key=lambda m: m.stage):
         if isinstance(mechanism, StructuralChange):
@@ -76,11 +76,12 @@ def plant_of(
     D = D + model.Cu
     rows = np.array([model.port(law.place) for law in laws]).reshape(len(laws), n)
     E, F = entry(-rows.T)
-    moves = np.ones((n, 1))
-    moves[list(calm)] = 0.0
-    disturbed, through = entry(np.diag(moves[:, 0]))
-    noisy, heard = entry(moves * model.B)
-    W, V = np.hstack([noisy, disturbed]), np.hstack([heard + model.Cu, through])
+    more = np.ones((n, 1))
+    if stirred is not None:
+        more[: len(stirred), 0] = stirred
+    noises = np.hstack([model.B, np.eye(n)])
+    W, V = entry(more * noises)[0], entry((more > 0) * noises)[1]
+    V[:, : B.shape[1]] += model.Cu
     drift, rate = np.hstack([rows, 0 * rows]), np.hstack([0 * rows, rows])
     system = System(A, B, C, D, E, F, drift, rate, W, V, np.zeros((2 * n, 0)))
     plant = Plant(system, n, np.zeros((0, 0)), np.diag(model.M), np.diag(model.K))

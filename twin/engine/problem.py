@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from twin.arrays import frozen
 from twin.engine.scales import Scales
-from twin.engine.straight import above, calmed, missed, raised
+from twin.engine.straight import calmed, missed, raised, stirred
 from twin.estimation.model import Trial, Unknown
 from twin.mechanisms.mechanism import Mechanism
 from twin.model.linear import LinearModel
@@ -214,10 +214,9 @@ class Problem:
         )  # fmt: skip
 
     @cached_property
-    def calm(self) -> tuple[int, ...]:
-        """Coordinates that are too fast for what happens from sample to sample."""
-        band_limited = self.between == "band_limited"
-        return tuple(np.flatnonzero(above(self.model, self.step_s) & band_limited).tolist())
+    def stirred(self) -> Array | None:
+        """By what noise stirs each coordinate more than it does in steps, (n,)."""
+        return stirred(self.model, self.step_s) if self.between == "band_limited" else None
 
     @cached_property
     def _damping(self) -> Array:

@@ -89,8 +89,7 @@ def _answer(
     """
     half = 0.5 * np.sqrt(complex(rate**2 - 4 * square))
     half = half if abs(half) > DISTINCT * np.sqrt(square) else DISTINCT * np.sqrt(square)
-    z, s = np.exp(1j * w * step_s), 4 * np.sin(0.5 * w * step_s) ** 2
-    corner = 1 + RAISED[0] * s + RAISED[1] * s**2
+    z, corner = np.exp(1j * w * step_s), _corner(w * step_s)
     q, v = np.zeros(len(w), complex), np.zeros(len(w), complex)
     for sign in (1, -1):
         pole = -0.5 * rate + sign * half
@@ -104,6 +103,23 @@ def _answer(
         q += state * sign / (2 * half)
         v += pole * state * sign / (2 * half)
     return np.array([q, v, -square * q - rate * v])
+
+
+def stirred(model: LinearModel, step_s: float) -> Array:
+    """Return by what band-limited noise stirs each mode, (n,), more than noise in steps does.
+
+    Held over a sample, noise keeps sinc(f h) of what it has at a frequency f. Of modes above half
+    the sampling rate it stirs none, but by its jumps.
+    """
+    squares = np.maximum(np.diag(model.K) / np.diag(model.M), 0.0)
+    periods = np.sqrt(squares) * step_s / (2 * np.pi)
+    return np.asarray(np.where(above(model, step_s), 0.0, 1 / np.sinc(np.minimum(periods, 0.5))))
+
+
+def _corner(turned: Array) -> Array:
+    """Return by what corners are raised, at so many radians a sample."""
+    s = 4 * np.sin(0.5 * turned) ** 2
+    return np.asarray(1 + RAISED[0] * s + RAISED[1] * s**2)
 
 
 def calmed(model: LinearModel, step_s: float) -> Array:
