@@ -7,10 +7,12 @@ import pytest
 from engine_support import lumped, rng
 
 from twin.engine.hypothesis import Hypothesis
+from twin.engine.plant import plant_of
 from twin.engine.problem import Measured, Problem
-from twin.engine.straight import above, missed
+from twin.engine.straight import above, missed, stirred
 from twin.estimation.fit import fit
 from twin.estimation.likelihood import passes
+from twin.estimation.system import sampled
 from twin.model import Twin
 
 RATE, SAMPLES = 256.0, 2048
@@ -85,3 +87,16 @@ def test_noise_of_a_force_is_estimated_where_it_drives_fast_modes():
     found = fit(hypothesis, free=free)
     assert found.values["noise of force_tip in a"] == pytest.approx(level, rel=0.3)
     assert found.values["noise of acc_tip.x in a"] == pytest.approx(heard, rel=0.2)
+
+
+def test_held_noise_stirs_a_mode_at_its_frequency_as_band_limited_noise_does():
+    model = Twin.load("cantilever").linear(INPUTS, OUTPUTS)
+    plant = plant_of(model, (), (), {}, stirred(model, 1 / RATE))
+    steps = sampled(plant.system, 1 / RATE, 1, np.zeros(1, bool))
+    n = len(model.coordinates)
+    for mode in np.flatnonzero(~above(model, 1 / RATE)):
+        w = np.sqrt(model.K[mode, mode] / model.M[mode, mode])
+        z = np.exp(1j * w / RATE)
+        held = np.linalg.solve(z * np.eye(2 * n) - steps.whole, steps.entry[:, :1])[mode, 0]
+        exact = model.B[mode, 0] / (1j * w * model.R[mode, mode])
+        assert abs(held) == pytest.approx(abs(exact), rel=0.03)

@@ -80,7 +80,7 @@ def plant_of(
     if stirred is not None:
         more[: len(stirred), 0] = stirred
     noises = np.hstack([model.B, np.eye(n)])
-    W, V = entry(more * noises)[0], entry((more > 0) * noises)[1]
+    W, V = entry(more * noises)[0], entry(np.where(more > 0, noises, 0.0))[1]
     V[:, : B.shape[1]] += model.Cu
     drift, rate = np.hstack([rows, 0 * rows]), np.hstack([0 * rows, rows])
     system = System(A, B, C, D, E, F, drift, rate, W, V, np.zeros((2 * n, 0)))
