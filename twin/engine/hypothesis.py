@@ -30,10 +30,12 @@ from twin.model.linear import LinearModel
 
 Array = NDArray[np.float64]
 
-STEPS = 4
-"""Parts of a sample in which laws are stepped: the midpoint rule's phase error, (w h)^2 / 12, is
-below 1e-3 of the law's force at a quarter of the sampling rate, and its strength is that of eight
-parts to 1e-3."""
+STEPS, MOST_STEPS = 4, 16
+"""Parts of a sample in which laws are stepped, at least and at most."""
+
+HARMONIC, OUT_OF_STEP = 3, 2e-3
+"""Up to which harmonic of the motion a law's force is stepped with so small a relative error: that
+of the midpoint rule is (w h)^2 / 12."""
 
 START_WIDTH = 3.0
 """Deviation of the state before the first sample, in RMS values of the nominal motion."""
@@ -197,13 +199,21 @@ class Hypothesis:
             bare = law.parted()[0].numbers
             numbers[j, : len(bare)] = bare
             scales[j] = around.at(law.place)
-        steps = STEPS if laws else 1
         compiled = tuple(law.compiled for law in laws)
         systems = tuple(plant.system for plant in plants)
         return Assembly(
-            systems, which, tuple(noises), compiled, numbers, scales, steps, problem.held,
+            systems, which, tuple(noises), compiled, numbers, scales, self._steps(scales),
+            problem.held,
             self._trials(mechanisms),
         )  # fmt: skip
+
+    def _steps(self, scales: Array) -> int:
+        """Return the parts of a sample for laws whose ports move with these scales, (l, 3)."""
+        if not len(scales):
+            return 1
+        quickest = HARMONIC * float(np.max(scales[:, 2] / scales[:, 1]))
+        wanted = np.ceil(quickest * self.problem.step_s / np.sqrt(12 * OUT_OF_STEP))
+        return int(np.clip(wanted, STEPS, MOST_STEPS))
 
     def _trials(self, mechanisms: Sequence[Mechanism]) -> tuple[Trial, ...]:
         """Return the recordings, what is at fault in their samples taken back."""

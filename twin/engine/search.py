@@ -132,6 +132,7 @@ def search(
         better = [e for e in fits if e.log_odds > best.log_odds]
         # what is a trifle beside the others may stand in for what is none
         best = next((e for e in better if not _ends_in_a_trifle(e)), better[0])
+        best = _from_prior_noise(best)
         best = _without_needless(best, cost, tried)
         hypothesis, found = again(best.hypothesis, best.fit)
         if hypothesis is not best.hypothesis:
@@ -147,6 +148,21 @@ def search(
     others = sorted((e for e in tried.values() if e.labels != best.labels),
                     key=lambda e: -e.log_odds)  # fmt: skip
     return Found(nothing, best, tuple(others), tuple(screened), moved)
+
+
+def _from_prior_noise(best: Explanation) -> Explanation:
+    """Return an explanation fitted again from the noise that the samples show, if that is likelier.
+
+    The noise that a poorer twin needed may hold a better one back.
+    """
+    z, h = best.fit.z, best.hypothesis
+    noisy = np.array([u.role == "noise" for u in h.unknowns])
+    try:
+        found = fit(h, np.where(noisy, 0.0, z))
+    except (ValueError, np.linalg.LinAlgError):
+        return best
+    gained = found.log_evidence - best.fit.log_evidence
+    return replace(best, fit=found, log_odds=best.log_odds + gained) if gained > 0 else best
 
 
 def _ends_in_a_trifle(best: Explanation) -> bool:
