@@ -42,3 +42,9 @@ def test_a_rival_stands_in_the_place_of_one_mechanism():
     rivals, loss = _rivals(best, tried, 1)
     assert {r.labels: delta for r, delta in rivals} == {(A,): -40.0, (A, C): -3.0}
     assert loss == 40.0
+
+
+def test_what_stands_beside_a_mechanism_is_not_its_rival():
+    best = Tried((A, B), 100.0)
+    rivals, _ = _rivals(best, [Tried((), 0.0), Tried((A,), 20.0), Tried((B,), 70.0), best], 0)
+    assert {r.labels: delta for r, delta in rivals} == {(B,): -30.0}

@@ -139,7 +139,8 @@ def _rivals(
             continue
         for other in everything:
             has = set(other.labels)
-            if kept <= has and len(has - kept) <= 1 and labels[index] not in has:
+            # what the best one has besides is no rival of what it has here, though found later
+            if kept <= has and len(has - kept) <= 1 and not (has - kept) & set(labels):
                 key = next(iter(has - kept), None)
                 rivals[key] = other, other.log_odds - reference.log_odds
     loss = -rivals[None][1] if None in rivals else 0.0
