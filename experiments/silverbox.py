@@ -61,7 +61,7 @@ def main(path: Path) -> None:
     trace = next(t for t in found.traces if t.role == "test")
     rows = [(name, value) for name, value in PUBLISHED]
     for name in ("calibrated", "explained"):
-        error = np.sqrt(np.mean((getattr(trace, name) - trace.measured) ** 2))
+        error = np.sqrt(np.nanmean((getattr(trace, name) - trace.measured) ** 2))
         rows.append((f"this twin, {name}", 1e3 * float(error) / METRE_A_VOLT))
     print("error on the arrow [mV]")
     for name, value in sorted(rows, key=lambda row: -row[1]):
