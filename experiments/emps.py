@@ -120,13 +120,19 @@ def inspected(model: str = "drive") -> dict[str, Any]:
     }
 
 
-def main() -> None:
-    """Run from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+def arguments(description: str) -> argparse.Namespace:
+    """Return where the recording is and where results go; that folder is made."""
+    parser = argparse.ArgumentParser(description=description.splitlines()[0])
     parser.add_argument("--data", type=Path, default=DATA)
     parser.add_argument("--out", type=Path, default=Path("emps"))
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
+    return given
+
+
+def main() -> None:
+    """Run from the command line."""
+    given = arguments(__doc__)
     found: dict[str, Any] = {"model": inspected()}
     found["virtual"] = inverse_model(read_recording(virtual(given.out)), dry=False).as_json()
     if given.data.exists():

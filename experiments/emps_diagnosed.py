@@ -9,15 +9,13 @@ and the screw do above it is in no model of a rigid slide.
 
 from __future__ import annotations
 
-import argparse
 import json
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from experiments.emps import DATA, FORCE_HZ, PUBLISHED
+from experiments.emps import FORCE_HZ, PUBLISHED, arguments
 from twin.engine.between import choose
 from twin.engine.exported import base_mechanisms
 from twin.engine.hypothesis import Hypothesis
@@ -111,11 +109,7 @@ def error(ready: Prepared, h: Hypothesis, z: np.ndarray) -> dict[str, float]:
 
 def main() -> None:
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--data", type=Path, default=DATA)
-    parser.add_argument("--out", type=Path, default=Path("emps"))
-    given = parser.parse_args()
-    given.out.mkdir(parents=True, exist_ok=True)
+    given = arguments(__doc__)
     found = diagnosed(read_recording(given.data))
     text = json.dumps(found, indent=1, default=float) + "\n"
     (given.out / "emps_diagnosed.json").write_text(text, encoding="utf-8")

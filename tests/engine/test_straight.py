@@ -9,7 +9,7 @@ from engine_support import lumped, rng
 from twin.engine.hypothesis import Hypothesis
 from twin.engine.plant import plant_of
 from twin.engine.problem import Measured, Problem
-from twin.engine.straight import above, missed, stirred
+from twin.engine.straight import above, hold_error, noise_gain
 from twin.estimation.fit import fit
 from twin.estimation.likelihood import passes
 from twin.estimation.system import sampled
@@ -71,7 +71,7 @@ def test_a_beam_whose_upper_modes_are_fast_is_predicted_to_a_thousandth(off):
 def test_where_all_modes_are_slow_lines_miss_nothing():
     model = lumped().linear(("force_floor2",), ("acc_floor1",))
     assert not np.any(above(model, 1 / 128.0))
-    assert not np.any(missed(model, rng(1).standard_normal((256, 1)), 1 / 128.0))
+    assert not np.any(hold_error(model, rng(1).standard_normal((256, 1)), 1 / 128.0))
 
 
 def test_noise_of_a_force_is_estimated_where_it_drives_fast_modes():
@@ -91,7 +91,7 @@ def test_noise_of_a_force_is_estimated_where_it_drives_fast_modes():
 
 def test_held_noise_stirs_a_mode_at_its_frequency_as_band_limited_noise_does():
     model = Twin.load("cantilever").linear(INPUTS, OUTPUTS)
-    plant = plant_of(model, (), (), {}, stirred(model, 1 / RATE))
+    plant = plant_of(model, (), (), {}, noise_gain(model, 1 / RATE))
     steps = sampled(plant.system, 1 / RATE, 1, np.zeros(1, bool))
     n = len(model.coordinates)
     for mode in np.flatnonzero(~above(model, 1 / RATE)):

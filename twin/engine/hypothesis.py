@@ -31,7 +31,9 @@ from twin.model.linear import LinearModel
 Array = NDArray[np.float64]
 
 STEPS, MOST_STEPS = 4, 16
-"""Parts of a sample in which laws are stepped, at least and at most."""
+"""Parts of a sample in which laws are stepped: at least, so that the instant of a jump is known to
+a quarter of a sample, and at most, beyond which the third harmonic of the motion is near half the
+sampling rate, where no output shows it."""
 
 HARMONIC, OUT_OF_STEP = 3, 2e-3
 """Up to which harmonic of the motion a law's force is stepped with so small a relative error: that
@@ -203,8 +205,7 @@ class Hypothesis:
         systems = tuple(plant.system for plant in plants)
         return Assembly(
             systems, which, tuple(noises), compiled, numbers, scales, self._steps(scales),
-            problem.held,
-            self._trials(mechanisms),
+            problem.held, self._trials(mechanisms),
         )  # fmt: skip
 
     def _steps(self, scales: Array) -> int:
@@ -273,8 +274,8 @@ class Hypothesis:
             if added not in groups:
                 groups[added] = len(plants)
                 model = loaded(base, recording.added_mass)
-                stirred = problem.stirred
-                plants.append(plant_of(model, mechanisms, levels, problem.readings, stirred))
+                noise_gain = problem.noise_gain
+                plants.append(plant_of(model, mechanisms, levels, problem.readings, noise_gain))
             which.append(groups[added])
         starts = tuple(self._start(t, plants[k]) for t, k in enumerate(which))
         if len(self._kept) >= KEPT:

@@ -55,7 +55,7 @@ def offer(
         out = []
         for cls, there in by_class.items():
             for place in there:
-                if issubclass(cls, Law) and cls.replaces and not _held(problem, place):
+                if issubclass(cls, Law) and cls.shares and not _held(problem, place):
                     continue  # where no spring is, none can slip or have play
                 if candidate := _candidate(cls, place, around(place)):
                     out.append(candidate)

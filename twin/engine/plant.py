@@ -42,7 +42,7 @@ def plant_of(
     mechanisms: Sequence[Mechanism],
     latent: Sequence[tuple[str, float, float]],
     readings: Mapping[str, float],
-    stirred: Array | None = None,
+    noise_gain: Array | None = None,
 ) -> Plant:
     """Return the plant of a model with mechanisms.
 
@@ -52,8 +52,8 @@ def plant_of(
         latent: port or output, RMS [N or the output's unit] and corner frequency [Hz] of each
             discrepancy.
         readings: RMS of each output.
-        stirred: by what noise stirs each of the first coordinates more than it does in steps from
-            sample to sample, (n,), 0 where none is to; 1 without.
+        noise_gain: by what noise stirs each of the first coordinates more than it does in steps
+            from sample to sample, (n,), 0 where none is to; 1 without.
     """
     for mechanism in sorted(mechanisms, key=lambda m: m.stage):
         if isinstance(mechanism, StructuralChange):
@@ -77,8 +77,8 @@ def plant_of(
     rows = np.array([model.port(law.place) for law in laws]).reshape(len(laws), n)
     E, F = entry(-rows.T)
     more = np.ones((n, 1))
-    if stirred is not None:
-        more[: len(stirred), 0] = stirred
+    if noise_gain is not None:
+        more[: len(noise_gain), 0] = noise_gain
     noises = np.hstack([model.B, np.eye(n)])
     W, V = entry(more * noises)[0], entry(np.where(more > 0, noises, 0.0))[1]
     V[:, : B.shape[1]] += model.Cu

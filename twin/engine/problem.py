@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from twin.arrays import frozen
 from twin.engine.scales import Scales
-from twin.engine.straight import calmed, missed, raised, stirred
+from twin.engine.straight import hold_error, noise_gain, prefiltered, well_damped
 from twin.estimation.model import Trial, Unknown
 from twin.mechanisms.mechanism import Mechanism
 from twin.model.linear import LinearModel
@@ -129,8 +129,8 @@ class Problem:
         if self.between != "band_limited":
             return Trial(u, u, known, self.step_s)
         # to first order what the lines miss is what the nominal twin misses
-        known -= missed(self.model, u, self.step_s)
-        return Trial(u, raised(u), known, self.step_s)
+        known -= hold_error(self.model, u, self.step_s)
+        return Trial(u, prefiltered(u), known, self.step_s)
 
     @cached_property
     def feedthrough(self) -> Array:
@@ -214,15 +214,15 @@ class Problem:
         )  # fmt: skip
 
     @cached_property
-    def stirred(self) -> Array | None:
+    def noise_gain(self) -> Array | None:
         """By what noise stirs each coordinate more than it does in steps, (n,)."""
-        return stirred(self.model, self.step_s) if self.between == "band_limited" else None
+        return noise_gain(self.model, self.step_s) if self.between == "band_limited" else None
 
     @cached_property
     def _damping(self) -> Array:
         """Damping matrix as it is stepped, (n, n)."""
         band_limited = self.between == "band_limited"
-        return calmed(self.model, self.step_s) if band_limited else self.model.R
+        return well_damped(self.model, self.step_s) if band_limited else self.model.R
 
     def base(self, z: Array) -> LinearModel:
         """Return the twin at values z of its base unknowns, (base unknowns,)."""

@@ -18,6 +18,7 @@ from twin.engine.problem import Measured
 from twin.mechanisms import vocabulary
 from twin.mechanisms.mechanism import ChannelFault
 from twin.model.linear import LinearModel
+from twin.signals.fault import MOST_HIDDEN
 from twin.signals.noise_floor import noise_floor
 
 Array = NDArray[np.float64]
@@ -25,10 +26,6 @@ Array = NDArray[np.float64]
 BLOW = 2.0
 """How much farther a spike goes than what a blow through a stiff structure does to an acceleration,
 whose mass and instruments are known to better than that."""
-
-MOST = 0.9
-"""Share of a channel's samples that faults may hide: a filter still lives on a tenth of them,
-and what would hide more is the channel's motion."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +70,7 @@ def faults_in(
             lost &= _jump(reading) > BLOW * jumps
             if not np.any(lost):
                 continue
-        if np.mean(lost | hidden) > MOST:
+        if np.mean(lost | hidden) > MOST_HIDDEN:
             continue
         hidden |= lost
         floor = max(noise_floor(reading), 1e-300)

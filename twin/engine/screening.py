@@ -37,13 +37,13 @@ def screen(
     laws = [(c, s) for c in candidates for s in c.starts if isinstance(s, Law)]
     scores = _of_laws(test, laws, moved)
     least = float(np.log(max(len(candidates), 2)))
-    directions, valleys, wandering = list[_Direction](), list[Candidate](), list[Candidate]()
+    directions, valleys, shifting = list[_Direction](), list[Candidate](), list[Candidate]()
     for candidate in candidates:
         first = candidate.starts[0]
         if isinstance(first, Law):
             continue
-        if first.wanders:
-            wandering.append(candidate)
+        if first.shifts_resonance:
+            shifting.append(candidate)
         elif isinstance(first, Disturbance) or not first.parameters:
             # a force that nobody measured changes the innovations' covariance alone; what is there
             # or not has no strength
@@ -73,7 +73,7 @@ def screen(
     if valleys or any(score.gain > least for score in scores):
         # no small change tells of a resonance that comes from where there is none; but where it
         # matters, something nearer does not fit either
-        valleys += wandering
+        valleys += shifting
     scores += of_valleys(fit, hypothesis, valleys)
     best = {c.label: Score(c, c.starts[0], 0.0) for c in candidates}
     for score in scores:

@@ -29,7 +29,7 @@ DISTINCT = 1e-9
 """Least distance of a mode's two poles, as a share of their size."""
 
 
-def raised(u: Array) -> Array:
+def prefiltered(u: Array) -> Array:
     """Return inputs, (samples, r), whose straight lines are those of a band-limited signal.
 
     Straight lines lose sinc^2 of it; to fourth order in the frequency that is put back first.
@@ -42,7 +42,7 @@ def raised(u: Array) -> Array:
     return np.asarray(u - RAISED[0] * second + RAISED[1] * fourth)
 
 
-def missed(model: LinearModel, u: Array, step_s: float) -> Array:
+def hold_error(model: LinearModel, u: Array, step_s: float) -> Array:
     """Return outputs, (samples, m): of a band-limited input less those of its raised lines.
 
     Nothing where all modes are below half the sampling rate, as the lines serve them well.
@@ -105,7 +105,7 @@ def _answer(
     return np.array([q, v, -square * q - rate * v])
 
 
-def stirred(model: LinearModel, step_s: float) -> Array:
+def noise_gain(model: LinearModel, step_s: float) -> Array:
     """Return by what band-limited noise stirs each mode, (n,), more than noise in steps does.
 
     Held over a sample, noise keeps sinc(f h) of what it has at a frequency f. Of modes above half
@@ -122,7 +122,7 @@ def _corner(turned: Array) -> Array:
     return np.asarray(1 + RAISED[0] * s + RAISED[1] * s**2)
 
 
-def calmed(model: LinearModel, step_s: float) -> Array:
+def well_damped(model: LinearModel, step_s: float) -> Array:
     """Return the damping matrix, (n, n), with modes above half the sampling rate not ringing."""
     R = np.array(model.R)
     at = np.flatnonzero(above(model, step_s))

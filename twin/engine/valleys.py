@@ -26,9 +26,9 @@ PART = 1024
 resonances a quarter of a hertz apart; the fit that follows sees all."""
 
 LAPS = (1, 2, 3)
-"""Gauss-Newton steps in each valley, none to begin with, after each of which the likelier half of a
-candidate's valleys and of the candidates goes on (successive halving; Jamieson and Talwalkar 2016);
-the fit that follows takes the rest."""
+"""Gauss-Newton steps in each valley, after which the likelier half of a candidate's valleys and of
+the candidates goes on (successive halving; Jamieson and Talwalkar 2016); the fit that follows takes
+the rest."""
 
 LEAST = 6
 """Candidates that are never left behind: a search step fits as many."""
@@ -83,8 +83,6 @@ def of_valleys(fit: Fit, hypothesis: Hypothesis, candidates: Sequence[Candidate]
     behind: list[tuple[Candidate, list[_Runner]]] = []
     for steps in LAPS:
         racing = [(c, _likelier([_further(*r, steps) for r in runners])) for c, runners in racing]
-        if not steps:
-            continue
         racing.sort(key=lambda race: -race[1][0][0])
         ahead = max((len(racing) + 1) // 2, LEAST)
         racing, behind = racing[:ahead], behind + racing[ahead:]
@@ -112,8 +110,6 @@ def _likelier(runners: list[_Runner]) -> list[_Runner]:
 
 def _further(posterior: float, z: Array, grown: Hypothesis, steps: int) -> _Runner:
     """Return where so many steps lead."""
-    if not steps:
-        return posterior, z, grown
     try:
         return (*ascend(grown, z, steps), grown)
     except (ValueError, np.linalg.LinAlgError):

@@ -129,10 +129,10 @@ def fit(
         if promise < ENOUGH:
             code = "converged"
             break
-        found = None if moved is None else _with_derivatives(model, moved.z)
+        found = None if moved is None else _with_derivatives(model, moved)
         if moved is None or found is None:
             break
-        z = moved.z
+        z = moved
         gained = found.log_likelihood - 0.5 * float(z @ z) - score
         here, score = found, score + gained
         idle = 0 if score > best[1] else idle + 1
@@ -171,24 +171,16 @@ def ascend(model: Model, z: Array, steps: int) -> tuple[float, Array]:
         moved, damping, _ = _climbed(model, z, here, score, moving, damping)
         if moved is None:
             return best
-        z = moved.z
+        z = moved
     with np.errstate(all="ignore"):
         last = evaluate(model, z, derivatives=False).log_likelihood - 0.5 * float(z @ z)
     return max(best, (last, z), key=lambda pair: pair[0])
 
 
-@dataclass(frozen=True)
-class _Moved:
-    """A place that a step led to: log posterior and values (p,)."""
-
-    log_posterior: float
-    z: Array
-
-
 def _climbed(
     model: Model, z: Array, here: Value, score: float, moving: NDArray[np.bool_], damping: float
-) -> tuple[_Moved | None, float, float]:
-    """Return where a step climbs to, if one does, the next one's damping, and what was promised."""
+) -> tuple[Array | None, float, float]:
+    """Return where a step climbs to, (p,), if one does, the next damping, and what was promised."""
     H = _hessian(here, moving)
     g = np.where(moving, here.gradient - z, 0.0)
     promise = 0.0
@@ -197,8 +189,8 @@ def _climbed(
         promise = float(g @ delta - 0.5 * delta @ H @ delta)
         if promise < ENOUGH:
             break
-        moved = _try(model, z + _within_reach(model, delta), score, here)
-        if moved is not None:
+        moved = z + _within_reach(model, delta)
+        if _climbs(model, moved, score, here):
             return moved, damping / 10 if damping > 1e-6 else 0.0, promise
         damping = max(10 * damping, 1e-3)
     return None, damping, promise
@@ -225,8 +217,8 @@ def _within_reach(model: Model, delta: Array) -> Array:
     return out / max(1.0, float(np.max(np.abs(out) / reach)))
 
 
-def _try(model: Model, z: Array, score: float, here: Value) -> _Moved | None:
-    """Return the model at other values; None where it is not likelier.
+def _climbs(model: Model, z: Array, score: float, here: Value) -> bool:
+    """Return whether the model is likelier at other values.
 
     Derivatives cost ten times as much, and are not asked for; averages are those from where it is.
     """
@@ -235,9 +227,8 @@ def _try(model: Model, z: Array, score: float, here: Value) -> _Moved | None:
         with np.errstate(all="ignore"):
             found = evaluate(model, z, False, [run.averages for run in here.runs])
     except (ValueError, np.linalg.LinAlgError):
-        return None
-    posterior = found.log_likelihood - 0.5 * float(z @ z)
-    return _Moved(posterior, z) if posterior > score else None
+        return False
+    return found.log_likelihood - 0.5 * float(z @ z) > score
 
 
 def _with_derivatives(model: Model, z: Array) -> Value | None:

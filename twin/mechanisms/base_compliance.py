@@ -37,7 +37,7 @@ class BaseCompliance(StructuralChange):
     }
     reference: ClassVar[str] = "Wolf 1985, Dynamic Soil-Structure Interaction"
     stage: ClassVar[int] = 0
-    wanders: ClassVar[bool] = True
+    shifts_resonance: ClassVar[bool] = True
     valleys: ClassVar[int] = 8
     steps: ClassVar[int] = 12  # a softer base is very nearly a softer storey
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
 import mujoco
@@ -47,7 +47,6 @@ class Clearance(Law):
     }
     reference: ClassVar[str] = "Shaw and Holmes 1983; Nordin and Gutman 2002"
     abrupt: ClassVar[bool] = True
-    replaces: ClassVar[bool] = True
     shares: ClassVar = {"replaced": ("stiffness", 1.0, 0.5)}  # most likely the storey's own part
 
     stiffness: float = 0.0
@@ -60,10 +59,6 @@ class Clearance(Law):
 
     law = staticmethod(law)
     corners = staticmethod(corners)
-
-    def parted(self) -> tuple[Self, float]:
-        """Return the part as it bears, and the stiffness that the storey loses to it."""
-        return replace(self, replaced=0.0), -self.replaced
 
     def priors(self) -> dict[str, tuple[float, float]]:
         """It is most likely a part of the storey itself that has play.

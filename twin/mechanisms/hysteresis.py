@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
 import mujoco
@@ -99,7 +99,6 @@ class Hysteresis(Law):
     valleys: ClassVar[int] = 2  # the drift at which it slips
     approximate: ClassVar[bool] = True
     abrupt: ClassVar[bool] = True
-    replaces: ClassVar[bool] = True
     shares: ClassVar = {"replaced": ("stiffness", 1.0, 0.5)}  # most likely the storey's own part
 
     stiffness: float = 0.0
@@ -116,10 +115,6 @@ class Hysteresis(Law):
     law = staticmethod(law)
 
     flow = staticmethod(flow)
-
-    def parted(self) -> tuple[Self, float]:
-        """Return the part as it bears, and the stiffness that the storey loses to it."""
-        return replace(self, replaced=0.0), -self.replaced
 
     def priors(self) -> dict[str, tuple[float, float]]:
         """A part of the storey slips, most likely its own, from a thousandth of it to all of it.

@@ -9,7 +9,7 @@ motion of a structure with mechanisms is
     M q'' + R q' + K q + sum_j p_j f_j(d_j, v_j, z_j, t) = B u,     d_j = p_j^T q,
 
 where structural changes edit M, R, K and may add coordinates, and laws add forces f_j. Channel
-faults leave the motion alone and change what is recorded of it. Values may be arrays.
+faults leave the motion alone and change what is recorded of it. Parameter values may be arrays.
 """
 
 from __future__ import annotations
@@ -71,8 +71,8 @@ class Mechanism(ABC):
     """How many of its first guesses are worth following."""
     steps: ClassVar[int] = 3
     """How many Gauss-Newton steps each is followed for: more along curved ridges."""
-    wanders: ClassVar[bool] = False
-    """True where it resonates elsewhere when its strength is another."""
+    shifts_resonance: ClassVar[bool] = False
+    """True where its own natural frequency changes with its strength."""
     prior: ClassVar[Mapping[str, tuple[float, float]]] = {}
     """What is known of a parameter beforehand: mean and standard deviation."""
     shares: ClassVar[Mapping[str, tuple[str, float, float]]] = {}
@@ -155,11 +155,9 @@ class Law(Mechanism):
         abrupt: True where the force has corners, so that an integration needs finer steps.
         sticks: True for dry friction; its numbers: its force, the rate that ``law`` blurs it by.
         approximate: True where native MuJoCo elements only come near the law.
-        replaces: True for a law that takes over stiffness which the port must have.
     """
 
     memory: ClassVar[int] = 0
-    replaces: ClassVar[bool] = False
     abrupt: ClassVar[bool] = False
     sticks: ClassVar[bool] = False
     approximate: ClassVar[bool] = False
@@ -177,8 +175,9 @@ class Law(Mechanism):
         return tuple(getattr(self, f.name) for f in fields(self) if f.name != "place")
 
     def parted(self) -> tuple[Self, float]:
-        """Return the law without what is linear in the drift, and that as a stiffness [N/m]."""
-        return self, 0.0
+        """Return the law without the stiffness that it takes over, and that [N/m], negative."""
+        taken = sum(self.values[name] for name in self.shares)
+        return self.with_values(dict.fromkeys(self.shares, 0.0)), -taken
 
     @property
     def compiled(self) -> Compiled:

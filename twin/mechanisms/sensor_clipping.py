@@ -16,7 +16,7 @@ from twin.mechanisms.scales import peak, range_ends
 from twin.parameter import Parameter
 from twin.recording_checks import clipped_samples
 from twin.signals.channel_faults import quantisation
-from twin.signals.fault import FALSE_ALARM
+from twin.signals.fault import FALSE_ALARM, MOST_HIDDEN
 from twin.signals.interpolation import interpolated
 from twin.signals.noise_floor import noise_floor
 
@@ -40,15 +40,12 @@ OVERSHOOT = 0.18
 range where it goes from end to end."""
 
 BANDS, LEVELS = 50, 5
-"""Bands of readings' magnitudes, twice ``NEAR`` wide as a rule, and how many of the most crowded
+"""Bands of readings' magnitudes, ``NEAR`` of the largest wide, and how many of the most crowded
 ones are asked whether the range ends there."""
 
 EITHER = float(np.sqrt(FALSE_ALARM / LEVELS))
 """Chance of each of two independent tests by which both together alarm falsely as seldom as said,
 ``LEVELS`` times."""
-
-MOST = 0.9
-"""Share of a channel's samples that may be left out: of fewer no estimate lives."""
 
 TURNS = 1 / (np.sqrt(2) - 1)
 """Readings in a band at the summit of a parabola over those in the next band of the same width."""
@@ -116,7 +113,7 @@ class SensorClipping(ChannelFault):
         ends = np.abs(reading) >= self.level - near
         for rings in range(RINGS, 0, -1):
             wide = binary_dilation(ends, iterations=rings)
-            if np.mean(wide) <= MOST:
+            if np.mean(wide) <= MOST_HIDDEN:
                 return np.asarray(wide)
         return np.asarray(ends)
 

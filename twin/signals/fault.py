@@ -10,6 +10,10 @@ from numpy.typing import NDArray
 FALSE_ALARM = 1e-6
 """Probability that a detector reports a fault that one sound channel does not have."""
 
+MOST_HIDDEN = 0.9
+"""Share of a channel's samples that faults may hide: a filter still lives on a tenth of them, and
+what would hide more is the channel's motion."""
+
 
 @dataclass(frozen=True)
 class Fault:
