@@ -28,7 +28,7 @@ sys.path.insert(0, str(ROOT))
 
 from experiments.concealed.absorber_rig import Absorber, ControlledRig  # noqa: E402
 from experiments.concealed.rig import TWO_STOREY, Array, Rig  # noqa: E402
-from twin.channel import Channel, Recording  # noqa: E402
+from twin.channel import Channel  # noqa: E402
 from twin.control.controller import Controller  # noqa: E402
 from twin.control.plant import Plant  # noqa: E402
 from twin.control.study import Settings  # noqa: E402
@@ -36,6 +36,7 @@ from twin.diagnosis.diagnose import diagnose  # noqa: E402
 from twin.files import write_whole  # noqa: E402
 from twin.frame import FrameDesign, Pendulum, to_mjcf  # noqa: E402
 from twin.model import Twin  # noqa: E402
+from twin.recording import Recording  # noqa: E402
 
 TARGET = ROOT / "experiments" / "results" / "controlled.json"
 SEED = 41

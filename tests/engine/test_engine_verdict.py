@@ -47,4 +47,4 @@ def test_a_rival_stands_in_the_place_of_one_mechanism():
 def test_what_stands_beside_a_mechanism_is_not_its_rival():
     best = Tried((A, B), 100.0)
     rivals, _ = _rivals(best, [Tried((), 0.0), Tried((A,), 20.0), Tried((B,), 70.0), best], 0)
-    assert {r.labels: delta for r, delta in rivals} == {(B,): -30.0}
+    assert [(r.labels, delta) for r, delta in rivals] == [((B,), -30.0)]
