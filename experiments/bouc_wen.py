@@ -25,7 +25,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from twin.diagnosis.diagnose import diagnose
+from twin.diagnosis.pipeline import diagnose
 from twin.diagnosis.result import Diagnosis
 from twin.formats import read_recording, write_recording
 from twin.frame import FrameDesign

@@ -32,7 +32,7 @@ from twin.channel import Channel  # noqa: E402
 from twin.control.controller import Controller  # noqa: E402
 from twin.control.plant import Plant  # noqa: E402
 from twin.control.study import Settings  # noqa: E402
-from twin.diagnosis.diagnose import diagnose  # noqa: E402
+from twin.diagnosis.pipeline import diagnose  # noqa: E402
 from twin.files import write_whole  # noqa: E402
 from twin.frame import FrameDesign, Pendulum, to_mjcf  # noqa: E402
 from twin.model import Twin  # noqa: E402

@@ -16,13 +16,13 @@ from typing import Any
 import numpy as np
 
 from experiments.emps import FORCE_HZ, PUBLISHED, arguments
-from twin.engine.between import choose
-from twin.engine.exported import base_mechanisms
-from twin.engine.hypothesis import Hypothesis
-from twin.engine.offer import offer
-from twin.engine.predict import nrmse, placed, stages
-from twin.engine.prepare import UNKNOWN, Prepared, prepare
-from twin.engine.search import search
+from twin.diagnosis.between import choose
+from twin.diagnosis.exported import base_mechanisms
+from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.offer import offer
+from twin.diagnosis.predict import nrmse, placed, stages
+from twin.diagnosis.prepare import UNKNOWN, Prepared, prepare
+from twin.diagnosis.search import search
 from twin.estimation.fit import fit
 from twin.formats import read_recording
 from twin.mechanisms.coulomb_friction import CoulombFriction

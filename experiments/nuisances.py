@@ -26,7 +26,7 @@ from scipy.signal import bilinear, lfilter
 import twin
 from experiments.concealed.case import generate
 from twin.campaign import campaign
-from twin.engine.choice import diagnose
+from twin.diagnosis.pipeline import diagnose
 from twin.recording import Recording
 
 Array = NDArray[np.float64]
@@ -217,7 +217,7 @@ def work(task: Task) -> dict[str, Any]:
 
     train = [faulty(p) for p in sorted((folder / case).glob("train_*.csv"))]
     test = [twin.read(p) for p in sorted((folder / case).glob("test_*.csv"))]
-    found = diagnose(twin.Twin.load(MODEL), train, test, engine="general")
+    found = diagnose(twin.Twin.load(MODEL), train, test)
     places = [(f.mechanism.name, f.location) for f in found.findings]
     structural = [p for p in places if vocabulary_verdict(p[0]) != "measurement"]
     named = {c for _, place in places for c in place.split("+")} & set(channels)

@@ -14,7 +14,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from twin.diagnosis.diagnose import diagnose
+from twin.diagnosis.pipeline import diagnose
 from twin.diagnosis.result import Diagnosis
 from twin.files import write_whole
 from twin.instruments import Instrument

@@ -24,7 +24,7 @@ sys.path.insert(0, str(ROOT))
 
 from experiments.concealed.case import case_name, generate  # noqa: E402
 from experiments.concealed.tables import combination_of, combinations  # noqa: E402
-from twin.diagnosis.diagnose import diagnose  # noqa: E402
+from twin.diagnosis.pipeline import diagnose  # noqa: E402
 from twin.diagnosis.result import Diagnosis, Trace  # noqa: E402
 from twin.files import write_whole  # noqa: E402
 from twin.formats import read_recording  # noqa: E402

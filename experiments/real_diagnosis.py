@@ -25,7 +25,7 @@ from rich.table import Table
 sys.path.insert(0, str(Path(__file__).parent.parent))
 
 from experiments import bouc_wen, real_recordings, silverbox
-from twin.diagnosis.diagnose import diagnose
+from twin.diagnosis.pipeline import diagnose
 from twin.formats import read_recording
 from twin.model import Twin
 

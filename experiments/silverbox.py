@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from twin.diagnosis.diagnose import diagnose
+from twin.diagnosis.pipeline import diagnose
 from twin.model import Twin
 from twin.recording import Recording
 

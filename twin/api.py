@@ -227,8 +227,8 @@ def diagnose(
         model: the twin as it stands: a twin, a design, an MJCF file or a shipped model's name.
         train: recordings to explain, or their files.
         test: recordings that only the result is shown on.
-        tolerance: of masses and stiffnesses, relative: 0.4 %, or 1 % of what is no lumped chain.
-        damping_tolerance: of dampings: 10 % and 30 %.
+        tolerance: of masses and stiffnesses, relative; 0.4 % by default.
+        damping_tolerance: of dampings; 10 % by default.
         added_mass: recording's name -> place -> mass bolted on for it [kg].
         unknown_parameters: the model's numbers are not known: they are identified first.
         seed: of what is random.
@@ -236,7 +236,7 @@ def diagnose(
     Raises:
         TwinError: recordings or model cannot be used; the message says why.
     """
-    from twin.engine.choice import diagnose as whole
+    from twin.diagnosis.pipeline import diagnose as whole
 
     options = tolerance, damping_tolerance, added_mass, unknown_parameters, seed
     return whole(_twin(model), _read_all(train), _read_all(test), *options)

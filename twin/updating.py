@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize
 
-from twin.engine.exported import dashpots, including
+from twin.diagnosis.exported import dashpots, including
 from twin.errors import ModelError
 from twin.identification.at_sensors import driven, modes_of, sensed
 from twin.identification.result import Identification

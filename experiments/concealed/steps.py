@@ -29,7 +29,7 @@ from .tables import STRUCTURES
 Diagnose = Callable[..., dict[str, Any]]
 """diagnose(model, train, test, out, seed) -> the JSON of ``twin diagnose``."""
 
-STARTING = ("twin.diagnosis.diagnose",)
+STARTING = ("twin.diagnosis.pipeline",)
 """What starts a process when it is imported (MuJoCo's window library asks for its own version)."""
 
 KEPT = ("verdict", "findings", "alternatives", "fit", "fit_ahead", "seconds", "error", "made_with")

@@ -1,34 +1,15 @@
-"""Small rigs whose truth is known, and an integration that shares no code with the twin."""
+"""Small rigs whose truth is known."""
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
-from twin.diagnosis.plant import build, sampled
-from twin.diagnosis.trials import Trial
 from twin.model import Twin
 from twin.recording import Recording
-from twin.second_order import SecondOrderModel
 
 RATE = 128.0
-M1, R1, K1 = 2.0, 1.2, 800.0
-ONE = SecondOrderModel([[M1]], [[R1]], [[K1]], ("floor1",))
-TWO = SecondOrderModel(
-    np.diag([1.5, 1.2]),
-    [[1.5, -0.7], [-0.7, 0.7]],
-    [[1300.0, -600.0], [-600.0, 600.0]],
-    ("floor1", "floor2"),
-)
 
 
 def rng(seed=0):
     return np.random.default_rng(seed)
-
-
-def rough(samples, seed=0, scale=1.0):
-    """White noise that is zero at first, (samples,)."""
-    force = scale * rng(seed).standard_normal(samples)
-    force[0] = 0.0
-    return force
 
 
 def tones(samples, rate=RATE, seed=0, scale=1.0, frequencies=(0.9, 1.7, 2.6, 4.1, 6.3, 8.7)):
@@ -37,37 +18,6 @@ def tones(samples, rate=RATE, seed=0, scale=1.0, frequencies=(0.9, 1.7, 2.6, 4.1
     phase = rng(seed).uniform(0, 2 * np.pi, len(frequencies))
     total = sum(np.sin(2 * np.pi * f * t + p) for f, p in zip(frequencies, phase, strict=True))
     return scale * (1 - np.exp(-t / 0.3)) * total
-
-
-def motion(model, forces, rate=RATE, held=False, law=None, b=None, start=None):
-    """Displacements, rates and accelerations of M x'' + R x' + K x + b law(d, v) = forces.
-
-    Args:
-        model: M, R, K; forces: (samples, n), straight lines (or held) between the samples.
-        law: f(drift, rate), along b; start: displacements and rates at the first sample, (2n,).
-    """
-    n, inverse = len(model.M), np.linalg.inv(model.M)
-    b = np.zeros(n) if b is None else np.asarray(b, float)
-
-    def slope(t, state, first, change):
-        x, v = state[:n], state[n:]
-        f = 0.0 if law is None else law(b @ x, b @ v)
-        push = first + change * (t * rate)
-        return np.concatenate([v, inverse @ (push - model.R @ v - model.K @ x - b * f)])
-
-    states = np.zeros((len(forces), 2 * n))
-    if start is not None:
-        states[0] = start
-    for k in range(len(forces) - 1):
-        change = np.zeros(n) if held else forces[k + 1] - forces[k]
-        found = solve_ivp(
-            slope, (0, 1 / rate), states[k], "DOP853", args=(forces[k], change),
-            rtol=1e-11, atol=1e-14,
-        )  # fmt: skip
-        states[k + 1] = found.y[:, -1]
-    zero = np.zeros(n)
-    acc = [slope(0.0, s, f, zero)[n:] for s, f in zip(states, forces, strict=True)]
-    return states[:, :n], states[:, n:], np.array(acc)
 
 
 def recorded(
@@ -94,30 +44,6 @@ def recorded(
 def lumped(*mechanisms):
     twin = Twin.load("two_storey_lumped")
     return twin.including(*mechanisms) if mechanisms else twin
-
-
-def error(found, true):
-    """RMS of the difference over RMS of the truth."""
-    return float(np.sqrt(np.mean((found - true) ** 2) / np.mean(np.square(true))))
-
-
-def exact_trial(
-    mechanisms=(), model=TWO, seed=0, noise=1e-4, samples=768, start=None, rate=RATE, source=None
-):
-    """A trial of a linear plant that is pushed at every floor, its accelerometers noisy."""
-    n = len(model.M)
-    inputs = tuple(f"force_floor{i + 1}" for i in range(n))
-    outputs = tuple(f"acc_floor{i + 1}" for i in range(n))
-    plant = sampled(build(model, mechanisms, inputs, outputs), 1 / rate)
-    u = np.column_stack([tones(samples, rate, seed + 50 * i) for i in range(n)])
-    after = np.vstack([u[1:], u[-1:]])
-    x, y = np.zeros(len(plant.A)) if start is None else np.asarray(start, float), []
-    for k in range(samples):
-        y.append(plant.plant.C @ x + plant.plant.D @ u[k])
-        x = plant.A @ x + plant.B0 @ u[k] + plant.B1 @ after[k]
-    y = np.array(y) + noise * rng(seed + 1000).standard_normal((samples, n))
-    levels = np.full(n, 1e-9), np.full(n, max(noise, 1e-9))
-    return Trial(source or f"seed{seed}", rate, inputs, outputs, u, y, *levels)
 
 
 def concealed(law, b, seed, model=None, scale=0.6, seconds=12.0, noise=2e-3):

@@ -93,7 +93,7 @@ def test_files_are_diagnosed_without_the_command_as_with_it(files, monkeypatch, 
         asked.update(given, train=[r.source for r in train], test=[r.source for r in test])
         raise EnoughError
 
-    monkeypatch.setattr("twin.diagnosis.diagnose.diagnose", whole)
+    monkeypatch.setattr("twin.diagnosis.pipeline.diagnose", whole)
     with pytest.raises(EnoughError):
         diagnose_files("two_storey_lumped", files[:2], files[2:], tmp_path, seed=7)
     assert [Path(n).name for n in asked["train"]] == ["one.csv", "two.csv"]

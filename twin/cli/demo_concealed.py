@@ -17,7 +17,7 @@ BAND_HZ = (0.5, 12.0)
 
 def find_concealed(target: Path, terminal: Console, seed: int) -> None:
     """Record three tests on the rig, diagnose them with the bare model, and write what is found."""
-    from twin.diagnosis.diagnose import diagnose
+    from twin.diagnosis.pipeline import diagnose
     from twin.files import folder
     from twin.formats import write_recording
     from twin.instruments import Instrument

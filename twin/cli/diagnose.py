@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, cast
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -54,15 +54,14 @@ def diagnose(
         float | None,
         typer.Option(
             "--tolerance", min=0.01, max=20.0,
-            help="How well masses and stiffnesses of the model are known [%]; by default 0.4 for a "
-            "lumped chain, 1 for any other structure.",
+            help="How well masses and stiffnesses of the model are known [%]; 0.4 by default.",
         ),
     ] = None,
     damping_tolerance: Annotated[
         float | None,
         typer.Option(
             "--damping-tolerance", min=0.1, max=500.0,
-            help="How well its dampings are known [%]; by default 10 and 30.",
+            help="How well its dampings are known [%]; 10 by default.",
         ),
     ] = None,
     added_mass: Annotated[
@@ -82,14 +81,6 @@ def diagnose(
     out: Out = None,
     seed: Seed = 0,
     json: Json = None,
-    engine: Annotated[
-        str,
-        typer.Option(
-            "--engine",
-            help="general (any structure), chain (lumped chains), or auto: the chain's where "
-            "nothing is lost by it.",
-        ),
-    ] = "auto",
     rerun: Rerun = False,
 ) -> None:  # fmt: skip
     """Say where recordings and twin differ, what physics was left out, and model it.
@@ -117,7 +108,7 @@ def diagnose(
 
             result = run(
                 model, train, test, seed, tell, _share(tolerance), _share(damping_tolerance),
-                masses, unknown_parameters, engine,
+                masses, unknown_parameters,
                 (lambda recording: None) if viewer is None else viewer.show,
             )  # fmt: skip
             path = result.explained.export(target / TWIN_FILE)
@@ -155,12 +146,10 @@ def run(
     damping_tolerance: float | None = None,
     added_mass: Mapping[str, Mapping[str, float]] | None = None,
     unknown: bool = False,
-    engine: str = "auto",
     seen: Callable[[Recording], None] = lambda recording: None,
 ) -> Diagnosis:
     """Read model and recordings and diagnose; ``seen`` is told of each recording first."""
-    from twin.engine.choice import Engine
-    from twin.engine.choice import diagnose as whole
+    from twin.diagnosis.pipeline import diagnose as whole
     from twin.formats import read_recording
     from twin.model import Twin
 
@@ -178,7 +167,6 @@ def run(
         unknown=unknown,
         seed=seed,
         tell=tell,
-        engine=cast(Engine, engine),
     )
 
 

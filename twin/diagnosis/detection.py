@@ -6,58 +6,58 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal, stats
 
-from twin.diagnosis.bench import Bench
-from twin.diagnosis.fitting import Fit, gains_of
+from twin.diagnosis.predict import Stage, stages
 from twin.diagnosis.result import Detection
+from twin.diagnosis.search import Explanation
 
 Array = NDArray[np.float64]
 
 LAGS = 32
-"""Lags of the portmanteau test."""
+"""Lags of the portmanteau test: an eighth of a second at 256 Hz, half a period of a slow mode."""
 
-MEASURED_SLACK = 1e-4
-"""Force noise beyond the measured one that is granted: none to speak of."""
+NO_PROCESS_NOISE = -3.0
+"""Process noise in prior deviations: so little that only the measured noise is granted."""
 
-
-def detect(bench: Bench, calibrated: Fit) -> tuple[Detection, ...]:
-    """Return, for every output, how far the one-step errors of the calibrated twin are from noise.
-
-    Args:
-        bench: the training recordings.
-        calibrated: the fit without new physics.
-    """
-    try:
-        gains = gains_of(bench, calibrated.hypothesis, MEASURED_SLACK)
-    except np.linalg.LinAlgError:
-        gains = calibrated.gains
-    rows = bench.innovations([calibrated.hypothesis], gains, calibrated.starts)
-    errors = [row[0] for row in rows]
-    outputs = bench.trials[0].outputs
-    out = []
-    for column, channel in enumerate(outputs):
-        pieces, level, born = [], [], []
-        for trial, gain, e in zip(bench.trials, gains, errors, strict=True):
-            expected = float(np.sqrt(gain.innovation[column, column]))
-            ratio = e[:, column] / expected
-            pieces.append(ratio)
-            rms = float(np.sqrt(np.mean(trial.y[:, column] ** 2)))
-            level.append((rms, float(np.sqrt(np.mean(ratio**2)))))
-            born.append(_born(ratio, trial.sampling_hz))
-        whole = np.concatenate(pieces)
-        out.append(
-            Detection(
-                channel,
-                _portmanteau(pieces),
-                float(np.sqrt(np.mean(whole**2))),
-                tuple(born),
-                _stands_out(whole, bench.trials[0].sampling_hz),
-                np.array(level),
-            )
-        )
-    return tuple(out)
+RARE = 1e-6
+"""Chance that noise alone leaves its bounds: once in a million windows of half a second."""
 
 
-def _portmanteau(pieces: list[Array]) -> float:
+def detect(calibrated: Explanation) -> tuple[Detection, ...]:
+    """Return, for every output, how far the calibrated twin's one-step errors are from noise."""
+    hypothesis = calibrated.hypothesis
+    own = ("noise of", "process noise")
+    z = np.array([
+        NO_PROCESS_NOISE if u.name.startswith(own[1]) else 0.0 if u.name.startswith(own[0]) else x
+        for u, x in zip(hypothesis.unknowns, calibrated.fit.z, strict=True)
+    ])  # fmt: skip
+    beside = stages(hypothesis, z)
+    return tuple(
+        _channel(beside, column, name)
+        for column, name in enumerate(hypothesis.problem.model.outputs)
+    )
+
+
+def _channel(beside: list[Stage], column: int, name: str) -> Detection:
+    pieces, level = [], []
+    rate = 1 / beside[0].trial.step_s
+    for stage in beside:
+        e = stage.followed.e[:, column]
+        ratio = e / float(np.sqrt(stage.gain.innovation[-1, column, column]))
+        pieces.append(ratio)
+        rms = float(np.sqrt(np.nanmean(stage.trial.y[:, column] ** 2)))
+        level.append((rms, float(np.sqrt(np.mean(ratio**2)))))
+    whole = np.concatenate(pieces)
+    return Detection(
+        name,
+        portmanteau(pieces),
+        float(np.sqrt(np.mean(whole**2))),
+        tuple(onset(piece, rate) for piece in pieces),
+        _stands_out(whole, rate),
+        np.array(level),
+    )
+
+
+def portmanteau(pieces: list[Array]) -> float:
     """Return the p-value of the pieces being white (Ljung and Box 1978), all lags together."""
     statistic, freedom = 0.0, 0
     for x in pieces:
@@ -73,11 +73,11 @@ def _portmanteau(pieces: list[Array]) -> float:
     return float(stats.chi2.sf(statistic, freedom)) if freedom else 1.0
 
 
-def _born(ratio: Array, rate_hz: float) -> float:
+def onset(ratio: Array, rate_hz: float) -> float:
     """Return when a running power of half a second first leaves what noise does [s]."""
     length = max(8, round(0.5 * rate_hz))
     power = np.convolve(ratio**2, np.ones(length) / length, mode="valid")
-    limit = stats.chi2.isf(1e-6, length) / length
+    limit = stats.chi2.isf(RARE, length) / length
     above = np.flatnonzero(power > limit)
     return float((above[0] + length) / rate_hz) if len(above) else float("nan")
 

@@ -1,121 +1,300 @@
-"""A hypothesis: which mechanisms, and which of their parameters a fit may change."""
+"""A hypothesis: the twin, mechanisms at ports, and what no law explains, as one state-space model.
+
+    M q'' + R q' + K q = B u - sum_j p_j (f_j(d_j, v_j, z_j, t) + g_j(t)) + n,    d_j = p_j^T q
+    y = Cd q + Cv q' + Ca q'' + Cu u + h + v
+
+with g_j the discrepancy at the port of each law (a latent force), h that of a channel which sees a
+law jump (an analyser's filter smears jumps, and no law is an exact jump), n process noise, v noise.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.mechanisms.mechanism import Law, Mechanism
+from twin.diagnosis.blurring import CUT_OFF, smear
+from twin.diagnosis.mending import mended
+from twin.diagnosis.plant import Plant, plant_of
+from twin.diagnosis.problem import Problem
+from twin.diagnosis.scales import Scales
+from twin.estimation.laws import MOST_NUMBERS
+from twin.estimation.model import Assembly, Trial, Unknown
+from twin.estimation.system import Noise, System
+from twin.mechanisms.mechanism import ChannelFault, Law, Mechanism
+from twin.model.linear import LinearModel
 
 Array = NDArray[np.float64]
 
+STEPS, MOST_STEPS = 4, 16
+"""Parts of a sample in which laws are stepped: at least, so that the instant of a jump is known to
+a quarter of a sample, and at most, beyond which the third harmonic of the motion is near half the
+sampling rate, where no output shows it."""
 
-@dataclass(frozen=True)
-class Unknown:
-    """One parameter that a fit changes.
+HARMONIC, OUT_OF_STEP = 3, 2e-3
+"""Up to which harmonic of the motion a law's force is stepped with so small a relative error: that
+of the midpoint rule is (w h)^2 / 12."""
 
-    Attributes:
-        index: of its mechanism in the hypothesis.
-        name: of the parameter.
-        log: whether its logarithm is what is fitted.
-        size: a change of it that matters, in the fitted coordinate.
-        prior_std: standard deviation of its normal prior, or infinite.
-        prior_mean: of that prior.
-    """
+START_WIDTH = 3.0
+"""Deviation of the state before the first sample, in RMS values of the nominal motion."""
 
-    index: int
-    name: str
-    log: bool
-    size: float
-    prior_std: float = np.inf
-    prior_mean: float = 0.0
+SLOWEST_HZ = 0.1
+"""Frequency that a rigid mode counts as when its rate before the first sample is bounded."""
+
+KEPT = 4
+"""Plants that are kept: those of a point and of a step from it."""
+
+AMPLIFIED = 10.0
+"""By which the motion of an added coordinate may exceed its static one before the first sample:
+that of a resonance of 5 % damping."""
+
+SEEN = 0.01
+"""Share of the largest acceleration that an output may see of any motion, from which it sees that
+of a law's force."""
+
+TINY = 1e-12
+"""Displacement that a motion has at least [m], so that covariances are not singular."""
+
+DISCREPANCY_SHARE, DISCREPANCY_DEVIATION = 0.01, 2.0
+"""Prior of a law's discrepancy: a hundredth of the forces at its port, give or take a factor of
+seven; of a channel's that sees it jump, the same of its reading."""
 
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """Mechanisms on top of a model.
+    """A twin with mechanisms; it is a ``Model`` of the likelihood.
 
     Attributes:
-        base: deviations that every rig has (its masses, stiffnesses and dampings), with priors.
-        tolerance: the priors' standard deviation for each of ``base``.
-        found: the mechanisms that the hypothesis is about.
+        problem: the estimation problem.
+        mechanisms: with the values about which their priors lie.
+        priors: of each mechanism's parameters: name -> (mean, deviation), of the logarithm where
+            its scale is "log", of the share where it is known as one.
+        scales: of force, displacement and rate at each law's port, by place.
     """
 
-    base: tuple[Mechanism, ...]
-    tolerance: tuple[float, ...]
-    found: tuple[Mechanism, ...] = ()
+    problem: Problem
+    mechanisms: tuple[Mechanism, ...] = ()
+    priors: tuple[dict[str, tuple[float, float]], ...] = ()
+    scales: Scales | None = None
+
+    @cached_property
+    def laws(self) -> tuple[Law, ...]:
+        """The laws among the mechanisms."""
+        return tuple(m for m in self.mechanisms if isinstance(m, Law))
+
+    @cached_property
+    def ports(self) -> tuple[str, ...]:
+        """Ports of the laws, each once: there stands a discrepancy."""
+        return tuple(dict.fromkeys(law.place for law in self.laws))
+
+    @cached_property
+    def smeared(self) -> tuple[str, ...]:
+        """Outputs that see the force of a law that jumps: there stands a discrepancy, too."""
+        model = self.problem.model
+        rows = [model.port(law.place) for law in self._abrupt]
+        inverse = np.linalg.inv(model.M)
+        seen = np.zeros(len(model.outputs))
+        for row in rows:
+            moved = inverse @ row
+            through = np.abs(model.Ca @ moved) / np.linalg.norm(moved)
+            seen = np.maximum(seen, through / np.maximum(np.max(np.abs(model.Ca), axis=1), 1e-300))
+        return tuple(n for n, s in zip(model.outputs, seen, strict=True) if s > SEEN)
 
     @property
-    def mechanisms(self) -> tuple[Mechanism, ...]:
-        """All mechanisms, those of the base first."""
-        return self.base + self.found
+    def _abrupt(self) -> list[Law]:
+        known = (m for m in self.problem.known if isinstance(m, Law))
+        return [law for law in (*self.laws, *known) if law.abrupt]
 
     @property
-    def labels(self) -> tuple[tuple[str, str], ...]:
-        """Mechanism and place of each that was found."""
-        return tuple((m.name, m.place) for m in self.found)
+    def blurred(self) -> bool:
+        """Whether a law jumps."""
+        return bool(self._abrupt)
 
     @property
-    def sticks(self) -> bool:
-        """Whether something that was found sticks and slips."""
-        return any(isinstance(m, Law) and m.sticks for m in self.found)
+    def doubted(self) -> tuple[str, ...]:
+        """Ports and outputs where a discrepancy stands."""
+        return (*self.ports, *self.smeared)
 
-    def including(self, *more: Mechanism) -> Hypothesis:
-        """Return the hypothesis with further mechanisms.
+    @property
+    def trials(self) -> tuple[Trial, ...]:
+        """The recordings."""
+        return self.problem.trials
 
-        A deviation of the base that one of them stands for goes back to zero.
-        """
-        taken = {(type(m), m.place) for m in more}
-        base = tuple(
-            b.with_values({"change": 0.0}) if (type(b), b.place) in taken else b for b in self.base
-        )
-        return replace(self, base=base, found=self.found + more)
-
+    @cached_property
     def unknowns(self) -> tuple[Unknown, ...]:
-        """Return what a fit changes, the base's deviations first."""
-        out = []
-        taken = {(type(m), m.place) for m in self.found}
-        for index, mechanism in enumerate(self.mechanisms):
-            if index < len(self.base) and (type(mechanism), mechanism.place) in taken:
-                continue  # the finding has that freedom now
+        """Base, mechanisms, discrepancies, noise levels, in this order."""
+        out = list(self.problem.base_unknowns)
+        for mechanism, priors in zip(self.mechanisms, self.priors, strict=True):
+            role: Any = "law" if isinstance(mechanism, Law) else "system"
+            if isinstance(mechanism, ChannelFault) and mechanism.in_samples:
+                role = "samples"
+            # what a law takes over of the structure's stiffness, a share of its own, is linear
+            linear = {*mechanism.shares, *(whole for whole, _, _ in mechanism.shares.values())}
             for name, parameter in mechanism.parameters.items():
-                value = float(mechanism.values[name])
-                if index < len(self.base):
-                    std = self.tolerance[index]
-                    out.append(Unknown(index, name, False, std, std))
-                elif name in (known := mechanism.priors()):
-                    mean, std = known[name]
-                    out.append(Unknown(index, name, parameter.scale == "log", std, std, mean))
-                elif parameter.scale == "log":
-                    out.append(Unknown(index, name, True, 0.3))
-                else:
-                    out.append(Unknown(index, name, False, max(0.3 * abs(value), 1e-12)))
+                mean, deviation = priors[name]
+                title = f"{mechanism.name} {mechanism.place} {name}"
+                own: Any = "system" if name in linear else role
+                out.append(Unknown(title, mean, deviation, parameter.scale == "log", own))
+        for place in self.doubted:
+            if place in self.smeared:
+                size, quick = self.problem.readings[place], CUT_OFF * self.problem.sampling_hz / 2
+            else:
+                assert self.scales is not None
+                size, quick = self.scales.at(place)[0], self.middle_hz
+            level = float(np.log(DISCREPANCY_SHARE * max(size, TINY)))
+            out.append(Unknown(f"discrepancy {place}", level, DISCREPANCY_DEVIATION, True))
+            out.append(Unknown(f"discrepancy {place} frequency", float(np.log(quick)), 1.0, True))
+        return (*out, *self.problem.noise_unknowns)
+
+    @cached_property
+    def middle_hz(self) -> float:
+        """Geometric mean of the natural frequencies in the band [Hz]."""
+        inside = self.problem.frequencies
+        inside = inside[(inside > 0) & (inside < self.problem.sampling_hz / 2)]
+        return float(np.exp(np.mean(np.log(inside)))) if len(inside) else 1.0
+
+    def at(self, z: Array) -> tuple[Mechanism, ...]:
+        """Return the mechanisms at values z of all unknowns, (p,)."""
+        index = len(self.problem.base_unknowns)
+        out = []
+        for mechanism in self.mechanisms:
+            values = {}
+            for name in mechanism.parameters:
+                values[name] = self.unknowns[index].value(float(z[index]))
+                index += 1
+            for name, (whole, _, _) in mechanism.shares.items():
+                values[name] *= values[whole]
+            out.append(mechanism.with_values(values))
         return tuple(out)
 
-    def vector(self, unknowns: tuple[Unknown, ...]) -> Array:
-        """Return the unknowns' values in the fitted coordinates, (unknowns,)."""
-        mechanisms = self.mechanisms
-        values = [float(mechanisms[u.index].values[u.name]) for u in unknowns]
-        return np.array(
-            [np.log(max(v, 1e-300)) if u.log else v for u, v in zip(unknowns, values, strict=True)]
-        )
+    def assemble(self, z: Array) -> Assembly:
+        """Return systems, noise levels and laws at values z, (p,)."""
+        problem = self.problem
+        values = [u.value(float(x)) for u, x in zip(self.unknowns, z, strict=True)]
+        mechanisms = (*self.at(z), *problem.known)
+        at = len(problem.base_unknowns) + sum(len(m.parameters) for m in self.mechanisms)
+        plants, which, starts = self._plants(z, mechanisms, values[at : at + 2 * len(self.doubted)])
+        at += 2 * len(self.doubted)
+        noises = []
+        for t, recording in enumerate(problem.recordings):
+            m = len(problem.model.outputs)
+            output = np.array(values[at : at + m])
+            at += m
+            moving = recording.driven
+            input_noise = np.zeros(len(moving))
+            input_noise[moving] = values[at : at + int(moving.sum())]
+            at += int(moving.sum())
+            plant = plants[which[t]]
+            process = np.full(plant.system.W.shape[1] - len(moving), values[at])
+            at += 1
+            noises.append(Noise(np.concatenate([input_noise, process]), output, starts[t]))
+        laws = tuple(m for m in mechanisms if isinstance(m, Law))
+        numbers = np.zeros((len(laws), MOST_NUMBERS))
+        scales = np.ones((len(laws), 3))
+        for j, law in enumerate(laws):
+            around = problem.known_scales if law in problem.known else self.scales
+            assert around is not None
+            bare = law.parted()[0].numbers
+            numbers[j, : len(bare)] = bare
+            scales[j] = around.at(law.place)
+        compiled = tuple(law.compiled for law in laws)
+        systems = tuple(plant.system for plant in plants)
+        return Assembly(
+            systems, which, tuple(noises), compiled, numbers, scales, self._steps(scales),
+            problem.held, self._trials(mechanisms),
+        )  # fmt: skip
 
-    def at(self, unknowns: tuple[Unknown, ...], vector: Array) -> Hypothesis:
-        """Return the hypothesis with the unknowns at other values, (unknowns,) or (.., unknowns).
+    def _steps(self, scales: Array) -> int:
+        """Return the parts of a sample for laws whose ports move with these scales, (l, 3)."""
+        if not len(scales):
+            return 1
+        quickest = HARMONIC * float(np.max(scales[:, 2] / scales[:, 1]))
+        wanted = np.ceil(quickest * self.problem.step_s / np.sqrt(12 * OUT_OF_STEP))
+        return int(np.clip(wanted, STEPS, MOST_STEPS))
 
-        More than one vector gives mechanisms whose parameters are arrays (1, vectors).
+    def _trials(self, mechanisms: Sequence[Mechanism]) -> tuple[Trial, ...]:
+        """Return the recordings, what is at fault in their samples taken back."""
+        faults = [m for m in mechanisms if isinstance(m, ChannelFault) and m.in_samples]
+        if not faults:
+            return self.problem.trials
+        return mended(self.problem, faults)
+
+    def _start(self, trial: int, plant: Plant) -> Array:
+        """Return the covariance of the state before the first sample."""
+        own, total = len(self.problem.scale[trial]), plant.coordinates
+        w = self._rates
+        q = START_WIDTH * self.problem.scale[trial] + TINY
+        variance = np.zeros(2 * total)
+        variance[:own], variance[total : total + own] = q**2, (q * w) ** 2
+        if total > own:
+            # what hangs on the structure or gives way under it is driven by the structure's motion
+            w_own = np.sqrt(plant.stiffness[own:] / plant.mass[own:])
+            more = AMPLIFIED * np.max(q * w**2, initial=TINY) / w_own**2
+            variance[own:total], variance[total + own :] = more**2, (more * w_own) ** 2
+        out = np.zeros((2 * total + len(plant.start),) * 2)
+        out[range(2 * total), range(2 * total)] = variance
+        out[2 * total :, 2 * total :] = plant.start
+        return out
+
+    @cached_property
+    def _rates(self) -> Array:
+        w = np.sqrt(np.abs(np.diag(self.problem.model.K)))
+        return np.asarray(np.maximum(w, 2 * np.pi * SLOWEST_HZ))
+
+    @cached_property
+    def _kept(self) -> dict[tuple[float, ...], tuple[Any, ...]]:
+        return {}
+
+    @cached_property
+    def _of_the_system(self) -> NDArray[np.intp]:
+        return np.flatnonzero([u.role == "system" for u in self.unknowns])
+
+    def _plants(
+        self, z: Array, mechanisms: Sequence[Mechanism], latent: Sequence[float]
+    ) -> tuple[tuple[Plant, ...], tuple[int, ...], tuple[Array, ...]]:
+        """Return the distinct plants, that of each recording, and its first state's covariance.
+
+        Steps in noise levels and in laws' numbers ask for the same ones again.
         """
-        mechanisms = list(self.mechanisms)
-        by_mechanism: dict[int, dict[str, object]] = {}
-        for column, unknown in enumerate(unknowns):
-            value = np.asarray(vector)[..., column]
-            if unknown.log:
-                value = np.exp(np.clip(value, -200, 200))
-            plain = float(value) if np.ndim(value) == 0 else value[None, :]
-            by_mechanism.setdefault(unknown.index, {})[unknown.name] = plain
-        for index, values in by_mechanism.items():
-            mechanisms[index] = mechanisms[index].with_values(values)
-        count = len(self.base)
-        return replace(self, base=tuple(mechanisms[:count]), found=tuple(mechanisms[count:]))
+        key = tuple(np.asarray(z)[self._of_the_system].tolist())
+        if key in self._kept:
+            return self._kept[key]
+        problem = self.problem
+        base = problem.base(z[: len(problem.base_unknowns)])
+        levels = list(zip(self.doubted, latent[::2], latent[1::2], strict=True))
+        groups: dict[tuple[tuple[str, float], ...], int] = {}
+        plants: list[Plant] = []
+        which = []
+        for recording in problem.recordings:
+            added = tuple(sorted(recording.added_mass.items()))
+            if added not in groups:
+                groups[added] = len(plants)
+                model = loaded(base, recording.added_mass)
+                noise_gain = problem.noise_gain
+                plants.append(plant_of(model, mechanisms, levels, problem.readings, noise_gain))
+            which.append(groups[added])
+        starts = tuple(self._start(t, plants[k]) for t, k in enumerate(which))
+        if len(self._kept) >= KEPT:
+            self._kept.clear()
+        self._kept[key] = tuple(plants), tuple(which), starts
+        return tuple(plants), tuple(which), starts
+
+    def blur(self, forces: Array, system: System) -> Array:
+        """Return variances by which outputs are uncertain because a law jumps, (samples, m).
+
+        An analyser's filter smears a jump over its neighbours: by how much is what the force at the
+        samples differs from its own band-limited version.
+        """
+        return np.asarray(smear(forces) ** 2 @ (system.F**2).T)
+
+
+def loaded(model: LinearModel, added: Mapping[str, float]) -> LinearModel:
+    """Return the model with masses bolted to bodies: body -> mass [kg]."""
+    for name, mass in added.items():
+        rows = model.bodies[name].translation
+        model = model.adding(M=mass * rows.T @ rows)
+    return model

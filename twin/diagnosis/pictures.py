@@ -2,112 +2,181 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
-from twin.diagnosis.bench import Bench
-from twin.diagnosis.channels import corrected
-from twin.diagnosis.fitting import Fit
-from twin.diagnosis.motion import at_place, force_histories, states
-from twin.diagnosis.plant import place_vector
+from twin.diagnosis.problem import Motion, Problem
 from twin.diagnosis.result import Finding, ForcePicture
+from twin.diagnosis.search import Explanation
 from twin.mechanisms.mechanism import Law
 
 Array = NDArray[np.float64]
 
-MOST_POINTS = 6000
-GRID = 201
-CYCLE_S = 3.0
+MOST_POINTS, GRID, CYCLE_S = 6000, 201, 3.0
+"""Points and grid of a picture, and how much of the motion its cycle shows [s]."""
+
+PLACES = 6
+"""Ports that are drawn besides those of findings."""
+
+STEP = 0.1
+"""Standard deviations by which a parameter is moved for a law's slope in it."""
 
 
 def force_pictures(
-    bench: Bench, nothing: Fit, places: Sequence[str], findings: Sequence[Finding]
+    best: Explanation, moved: Sequence[Motion], places: Sequence[str], findings: Sequence[Finding]
 ) -> tuple[ForcePicture, ...]:
-    """Return the force that the calibrated twin lacks at each place, against the motion there.
+    """Return the force that the twin's own equations lack at each port, against the motion there.
 
-    The force is what the smoothed motion needs beyond the measured forces; it is low-passed at
-    four times the highest natural frequency, above which there is only noise.
+    It is what the estimated motion needs beyond the measured forces, with the masses, stiffnesses
+    and dampings that were calibrated together with the laws, and beyond what the laws at the other
+    ports give: points and law are relative to the same twin, and a port where nothing is missing
+    shows nothing of its neighbour's. Low-passed at four times the highest natural frequency, above
+    which there is only noise.
     """
-    moved = states(bench, nothing)
-    model = bench.model
-    n = len(model.coordinates)
-    needed = [_needed(bench, nothing, i, x) for i, x in enumerate(moved)]
+    problem = best.hypothesis.problem
+    laws = _laws(best)
+    along = {law: [_along(law, problem, m) for m in moved] for law in (*laws, *_known(problem))}
     out = []
-    for place in places:
-        b = place_vector(model, place)
-        pairs = [at_place(model, x, place) for x in moved]
+    for place in list(dict.fromkeys(places))[: PLACES + len(findings)]:
+        port = problem.model.port_of(place)
+        row = port.row
+        mine = next((law for law in laws if law.place == place), None)
+        elsewhere = [law for law in along if law is not mine]
+        latent = []
+        for t, motion in enumerate(moved):
+            force = _needed(best, t, motion)
+            for law in elsewhere:
+                force += along[law][t][:, None] * problem.model.port(law.place)
+            latent.append(-(_smooth(problem, force) @ row) / (row @ row))
+        pairs = [(m.q @ row, m.v @ row) for m in moved]
         drift = np.concatenate([d for d, _ in pairs])
         rate = np.concatenate([v for _, v in pairs])
-        latent = np.concatenate([-(w @ b) / (b @ b) for w in needed])
-        thin = max(1, len(drift) // MOST_POINTS)
-        laws = [f for f in findings if isinstance(f.mechanism, Law) and f.location == place]
-        edge = 1.02 * float(np.max(np.abs(drift)))
-        grid = np.linspace(-edge, edge, GRID)
-        law = std = cycle = None
-        if laws:
-            law, std = _law(laws[0], grid)
-            cycle = _cycle(laws[0], bench, pairs)
-        out.append(
-            ForcePicture(place, drift[::thin], rate[::thin], latent[::thin], grid, law, std, cycle)
+        every = max(1, len(drift) // MOST_POINTS)
+        missing = np.concatenate(latent)[::every]
+        bare = ForcePicture(
+            place, drift[::every], rate[::every], missing, _grid(drift), unit=port.unit
         )
-    assert n
+        named = _named(best, mine, pairs, latent, along[mine]) if mine is not None else {}
+        out.append(replace(bare, **named))
     return tuple(out)
 
 
-def _needed(bench: Bench, nothing: Fit, number: int, x: Array) -> Array:
+def _laws(best: Explanation) -> tuple[Law, ...]:
+    """Return the laws that were found, with their estimates."""
+    return tuple(m for m in best.hypothesis.at(best.fit.z) if isinstance(m, Law))
+
+
+def _known(problem: Problem) -> tuple[Law, ...]:
+    """Return the laws that the model itself holds."""
+    return tuple(m for m in problem.known if isinstance(m, Law))
+
+
+def _needed(best: Explanation, trial: int, motion: Motion) -> Array:
     """Return the forces on the coordinates that the motion needs besides the measured, (N, n)."""
-    trial = bench.trials[number]
-    sound = corrected(trial, nothing.hypothesis.mechanisms)
-    plant = bench.plant(trial, nothing.hypothesis.mechanisms)
-    smooth = bench.smooth(sound.u)
-    following = np.concatenate([smooth[1:], smooth[-1:]])
-    foreseen = x @ plant.A.T + smooth @ plant.B0.T + following @ plant.B1.T
-    rest = np.vstack([x[1:] - foreseen[:-1], np.zeros((1, x.shape[1]))])
-    force = rest @ np.linalg.pinv(plant.G).T
-    highest = float(np.max(plant.plant.model.undamped_modes().natural_freq))
-    corner = min(4 * highest, 0.4 * trial.sampling_hz)
-    sos = signal.butter(4, corner, fs=trial.sampling_hz, output="sos")
+    problem = best.hypothesis.problem
+    model = problem.base(best.fit.z[: len(problem.base_unknowns)])
+    force = motion.a @ model.M + motion.v @ model.R.T + motion.q @ model.K
+    return np.asarray(force - problem.recordings[trial].u @ model.B.T)
+
+
+def _smooth(problem: Problem, force: Array) -> Array:
+    inside = problem.frequencies[problem.frequencies < problem.sampling_hz / 2]
+    corner = min(4 * float(np.max(inside, initial=1.0)), 0.4 * problem.sampling_hz)
+    sos = signal.butter(4, corner, fs=problem.sampling_hz, output="sos")
     return np.asarray(signal.sosfiltfilt(sos, force, axis=0))
 
 
-def _law(finding: Finding, grid: Array) -> tuple[Array, Array]:
-    """Return the law's force over the grid, at zero rate and memory, and its deviation."""
-    law = finding.mechanism
-    assert isinstance(law, Law)
-    zero = np.zeros_like(grid)
-    speed = zero + (1e-3 if law.name.endswith("friction") else 0.0)
+def _along(law: Law, problem: Problem, motion: Motion, most: int | None = None) -> Array:
+    """Return the law's force along a motion, or along its first samples, (samples,)."""
+    row = problem.model.port(law.place)
+    drift, rate = (motion.q @ row)[:most], (motion.v @ row)[:most]
+    z = np.zeros(len(drift))
+    if law.memory:
+        for k in range(1, len(drift)):
+            z[k] = law.remember(z[k - 1], drift[k - 1], drift[k])
+    time: Array = np.asarray(np.arange(len(drift)) * problem.step_s, float)
+    return np.asarray(law.force(drift, rate, z, time) + 0 * drift)
 
-    def force(item: Law) -> Array:
+
+def _grid(values: Array) -> Array:
+    edge = 1.02 * float(np.max(np.abs(values)))
+    return np.linspace(-edge, edge, GRID)
+
+
+def _named(
+    best: Explanation,
+    law: Law,
+    pairs: Sequence[tuple[Array, Array]],
+    latent: Sequence[Array],
+    along: Sequence[Array],
+) -> dict[str, Any]:
+    """Return the law at a port as curve with its band, as a cycle, and over the liveliest time."""
+    problem = best.hypothesis.problem
+    livelier = [float(np.mean(d**2)) for d, _ in pairs]
+    t = int(np.argmax(livelier))
+    drift, rate = pairs[t]
+    length = min(len(drift), round(CYCLE_S * problem.sampling_hz))
+    first = int(np.argmax(np.convolve(drift**2, np.ones(length), mode="valid")))
+    part = slice(first, first + length)
+    time: Array = np.asarray(np.arange(len(drift)) * problem.step_s, float)
+
+    def moving(item: Law) -> Array:
+        end = first + length
+        z = np.zeros(end)
         if item.memory:
-            z = zero.copy()
-            middle = len(grid) // 2
-            for k in range(middle, len(grid) - 1):
-                z[k + 1] = item.remember(z[k], grid[k], grid[k + 1])
-            for k in range(middle, 0, -1):
-                z[k - 1] = item.remember(z[k], grid[k], grid[k - 1])
-            return np.asarray(item.force(grid, speed, z, 0.0)) + zero
-        return np.asarray(item.force(grid, speed, zero, 1.0)) + zero
+            for k in range(1, end):
+                z[k] = item.remember(z[k - 1], drift[k - 1], drift[k])
+        force = item.force(drift[:end], rate[:end], z, time[:end])
+        return np.asarray(force + 0 * z)[part]
 
-    centre, spread = force(law), zero.copy()
-    for name, std in finding.std.items():
-        if np.isfinite(std) and std > 0:
-            value = law.values[name]
-            spread = spread + (force(law.with_values({name: value + std})) - centre) ** 2
-    return centre, np.sqrt(spread)
+    force = along[t][part]
+    out = {
+        "piece": np.column_stack([time[part], latent[t][part], force, _band(best, law, moving)]),
+        "cycle": np.column_stack([drift[part], force]),
+    }
+    if law.memory:
+        return out
+    still, there = np.zeros(GRID), _grid(np.concatenate([d for d, _ in pairs]))
+    quick = _grid(np.concatenate([v for _, v in pairs]))
+
+    def of_drift(item: Law) -> Array:
+        return np.asarray(item.force(there, still, still, 1.0) + still)
+
+    def of_rate(item: Law) -> Array:
+        return np.asarray(item.force(still, quick, still, 1.0) + still)
+
+    d, v = drift[part], rate[part]
+    alike = 1e-9 * float(np.max(np.abs(force), initial=1e-12))
+    if np.allclose(law.force(d, 0 * v, 0 * v, time[part]) + 0 * d, force, rtol=0, atol=alike):
+        return out | {"law": of_drift(law), "law_std": _band(best, law, of_drift)}
+    if np.allclose(law.force(0 * d, v, 0 * v, time[part]) + 0 * d, force, rtol=0, atol=alike):
+        return out | {"law_rate": quick, "law": of_rate(law), "law_std": _band(best, law, of_rate)}
+    return out
 
 
-def _cycle(finding: Finding, bench: Bench, pairs: Sequence[tuple[Array, Array]]) -> Array:
-    """Return drift and force of the law along its liveliest few seconds."""
-    law = finding.mechanism
-    assert isinstance(law, Law)
-    number = int(np.argmax([np.sqrt(np.mean(d**2)) for d, _ in pairs]))
-    drift, rate = pairs[number]
-    force = force_histories([law], [(drift, rate)], bench.step_s)[0][0]
-    length = min(len(drift), round(CYCLE_S / bench.step_s))
-    power = np.convolve(drift**2, np.ones(length), mode="valid")
-    first = int(np.argmax(power))
-    piece = slice(first, first + length)
-    return np.column_stack([drift[piece], force[piece]])
+def _band(best: Explanation, law: Law, force: Callable[[Law], Array]) -> Array:
+    """Return the standard deviation of a law's force, from the full covariance, to first order."""
+    hypothesis, fit = best.hypothesis, best.fit
+    at = len(hypothesis.problem.base_unknowns)
+    own: list[int] = []
+    which = 0
+    for number, mechanism in enumerate(hypothesis.mechanisms):
+        if (mechanism.name, mechanism.place) == (law.name, law.place):
+            own, which = list(range(at, at + len(mechanism.parameters))), number
+        at += len(mechanism.parameters)
+    C = fit.covariance[np.ix_(own, own)]
+    slopes = []
+    for i in own:
+        step = np.zeros(len(fit.z))
+        step[i] = STEP * np.sqrt(max(fit.covariance[i, i], 1e-24))
+        up, down = (hypothesis.at(fit.z + s)[which] for s in (step, -step))
+        assert isinstance(up, Law)
+        assert isinstance(down, Law)
+        slopes.append((force(up) - force(down)) / (2 * step[i]))
+    G = np.column_stack(slopes)
+    return np.sqrt(np.maximum(np.einsum("ki,ij,kj->k", G, C, G), 0.0))

@@ -1,296 +1,202 @@
-"""The linear part of a hypothesis as a state space with all that may enter it.
-
-States are the places' displacements and velocities, then one state for every high-pass in a
-channel and those of every disturbance's filter. Inputs are the measured ones, the forces of the
-laws, and white force noise on every coordinate.
-"""
+"""A linear model with mechanisms as one state-space system for the predictor."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import expm
+from scipy.linalg import block_diag, solve_continuous_lyapunov
 
-from twin.diagnosis.trials import SHAKE_TABLE
-from twin.mechanisms.mechanism import (
-    ChannelFault,
-    Disturbance,
-    Law,
-    Mechanism,
-    StructuralChange,
-)
-from twin.mechanisms.replay import in_order
-from twin.second_order import SecondOrderModel
+from twin.estimation.system import System
+from twin.mechanisms.instrument import Instrument
+from twin.mechanisms.mechanism import ChannelFault, Disturbance, Law, Mechanism, StructuralChange
+from twin.model.linear import LinearModel
 
 Array = NDArray[np.float64]
 
 
-KNOWN_FORCE = "law_"
-"""Prefix of an input that is the known force of a law: "law_0_storey1" opposes that drift."""
-
-
 @dataclass(frozen=True)
 class Plant:
-    """Continuous-time matrices: x' = A x + B u + E f + G w + H s, y = C x + D u + F f + L w.
+    """A system and what its states are: q, q', then latent forces and instruments.
 
     Attributes:
-        A, B, C, D: as ever; u are the measured inputs.
-        E, F: entry of the laws' forces f.
-        G, L: entry of white force noise w on the coordinates.
-        drive: entry of the disturbances' white noise, (n, disturbances), scaled to unit intensity.
-        drift: drift of each law from the states, (laws, n).
-        rate: its rate, (laws, n).
-        model: M, R, K after all structural changes.
+        system: for the predictor.
+        coordinates: how many q are.
+        start: covariance of the states after q and q' before the first sample, (k, k).
+        mass: diagonal of M, (n,).
+        stiffness: diagonal of K, (n,).
     """
 
-    A: Array
-    B: Array
-    C: Array
-    D: Array
-    E: Array
-    F: Array
-    G: Array
-    L: Array
-    drive: Array
-    drift: Array
-    rate: Array
-    model: SecondOrderModel
+    system: System
+    coordinates: int
+    start: Array
+    mass: Array
+    stiffness: Array
 
 
-def laws_of(mechanisms: Sequence[Mechanism]) -> tuple[Law, ...]:
-    """Return the laws among the mechanisms, in order."""
-    return tuple(m for m in mechanisms if isinstance(m, Law))
-
-
-def place_vector(model: SecondOrderModel, place: str) -> Array:
-    """Return b with the motion at a place = b^T x: a storey's drift or a place's displacement."""
-    return model.port(place)
-
-
-def build(
-    base: SecondOrderModel,
+def plant_of(
+    model: LinearModel,
     mechanisms: Sequence[Mechanism],
-    inputs: Sequence[str],
-    outputs: Sequence[str],
+    latent: Sequence[tuple[str, float, float]],
+    readings: Mapping[str, float],
+    noise_gain: Array | None = None,
 ) -> Plant:
-    """Assemble the plant of a hypothesis.
+    """Return the plant of a model with mechanisms.
 
     Args:
-        base: M, R, K of the model as it stands.
-        mechanisms: what is added; parameters must be numbers.
-        inputs: names of the measured inputs.
-        outputs: names of the measured outputs.
-
-    Raises:
-        ModelError: a mechanism's place is not in the model.
+        model: the structure as it stands.
+        mechanisms: in any order.
+        latent: port or output, RMS [N or the output's unit] and corner frequency [Hz] of each
+            discrepancy.
+        readings: RMS of each output.
+        noise_gain: by what noise stirs each of the first coordinates more than it does in steps
+            from sample to sample, (n,), 0 where none is to; 1 without.
     """
-    model = base
-    for mechanism in in_order(mechanisms):
+    for mechanism in sorted(mechanisms, key=lambda m: m.stage):
         if isinstance(mechanism, StructuralChange):
             model = mechanism.edit(model)
+    laws = [m for m in mechanisms if isinstance(m, Law)]
+    for law in laws:
+        model = model.adding(K=law.parted()[1], along=model.port(law.place))
     n = len(model.coordinates)
     inverse = np.linalg.inv(model.M)
     lower = -inverse @ np.hstack([model.K, model.R])
     A = np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), lower])
-    table = "acc_ground" in inputs and SHAKE_TABLE not in outputs
-    T = np.column_stack([_entry(model, name) for name in inputs])
-    ground = np.array([float(name == SHAKE_TABLE) for name in inputs])
-    laws = laws_of(mechanisms)
-    vectors = [place_vector(model, law.place) for law in laws]
-    b = np.column_stack(vectors) if vectors else np.zeros((n, 0))
-    acc_u, acc_f, acc_w = inverse @ T, -inverse @ b, inverse
+    C = np.hstack([model.Cd, model.Cv]) + model.Ca @ lower
 
-    def rows(full: Array, direct: Any, extra: Array | None = None) -> Array:
-        """Pick each output's row out of accelerations (direct) or displacements (zero)."""
-        out = []
-        for name in outputs:
-            kind, place = name.split("_", 1)
-            if place not in model.coordinates:
-                out.append(np.zeros(direct.shape[1]))
-                continue
-            index = model.coordinates.index(place)
-            row = direct[index] if kind == "acc" else full[index]
-            out.append(row + (extra if extra is not None and kind == "acc" else 0.0))
-        return np.array(out).reshape(len(outputs), direct.shape[1])
+    def entry(force: Array) -> tuple[Array, Array]:
+        """Return what forces on the coordinates do to states and outputs, columns (n, k)."""
+        acceleration = inverse @ force
+        return np.vstack([0 * acceleration, acceleration]), model.Ca @ acceleration
 
-    displacement = np.hstack([np.eye(n), np.zeros((n, n))])
-    C = rows(displacement, lower)
-    none = np.zeros((n, T.shape[1]))
-    D = rows(none, acc_u, ground if table else None)
-    F = rows(np.zeros((n, b.shape[1])), acc_f)
-    L = rows(np.zeros((n, n)), acc_w)
-    zero = np.zeros
-    plant = Plant(
-        A,
-        np.vstack([zero((n, T.shape[1])), acc_u]),
-        C,
-        D,
-        np.vstack([zero((n, b.shape[1])), acc_f]),
-        F,
-        np.vstack([zero((n, n)), acc_w]),
-        L,
-        zero((2 * n, 0)),
-        np.vstack([b, 0 * b]).T,
-        np.vstack([0 * b, b]).T,
-        model,
-    )
+    B, D = entry(model.B)
+    D = D + model.Cu
+    rows = np.array([model.port(law.place) for law in laws]).reshape(len(laws), n)
+    E, F = entry(-rows.T)
+    more = np.ones((n, 1))
+    if noise_gain is not None:
+        more[: len(noise_gain), 0] = noise_gain
+    noises = np.hstack([model.B, np.eye(n)])
+    W, V = entry(more * noises)[0], entry(np.where(more > 0, noises, 0.0))[1]
+    V[:, : B.shape[1]] += model.Cu
+    drift, rate = np.hstack([rows, 0 * rows]), np.hstack([0 * rows, rows])
+    system = System(A, B, C, D, E, F, drift, rate, W, V, np.zeros((2 * n, 0)))
+    plant = Plant(system, n, np.zeros((0, 0)), np.diag(model.M), np.diag(model.K))
+    for port, rms, frequency in latent:
+        rate_of = 2 * np.pi * frequency
+        drive = np.array([rms * np.sqrt(2 * rate_of)])
+        if port in model.outputs:
+            seen = np.zeros((len(model.outputs), 1))
+            seen[model.outputs.index(port)] = 1.0
+            force = np.zeros((2 * n, 1)), seen
+        else:
+            force = entry(-model.port(port)[:, None])
+        plant = _driven(plant, *force, np.array([[-rate_of]]), drive, np.ones(1))
     for mechanism in mechanisms:
         if isinstance(mechanism, Disturbance):
-            plant = _with_disturbance(plant, mechanism, outputs)
-        elif isinstance(mechanism, ChannelFault) and (corner := mechanism.filter_hz()) is not None:
-            plant = _with_highpass(plant, outputs.index(mechanism.place), corner)
+            plant = _driven(plant, *_entry_of(model, mechanism, entry), *mechanism.shaping())
+    for mechanism in mechanisms:
+        if isinstance(mechanism, ChannelFault):
+            plant = _seen_through(plant, model, mechanism, readings)
     return plant
 
 
-def _entry(model: SecondOrderModel, name: str) -> Array:
-    """Where an input acts: a unit force, or the inertia forces of a shaken ground."""
-    n = len(model.coordinates)
-    if name.startswith(KNOWN_FORCE):
-        return -place_vector(model, name.split("_", 2)[2])
-    if name == SHAKE_TABLE:
-        rigid = np.array([float(c != "pendulum") for c in model.coordinates])
-        return -model.M @ rigid
-    place = name.split("_", 1)[1]
-    if place not in model.coordinates:
-        return np.zeros(n)
-    return model.port(place)
+def _entry_of(model: LinearModel, mechanism: Disturbance, entry: Any) -> tuple[Array, Array]:
+    """Return where a disturbance acts: at a port, or as an acceleration of the whole base."""
+    place = mechanism.place
+    if place in model.places("base"):
+        base = model.base[axis_of(model, place)]
+        force, read = entry(-base.row[:, None])
+        return force, read + base.acc[:, None]
+    force, read = entry(model.port(place)[:, None])
+    return force, read
 
 
-def _grown(plant: Plant, block: Array, into: Array) -> Plant:
-    """Append states with their own dynamics ``block``, driving the old ones through ``into``."""
-    n, extra = len(plant.A), len(block)
-    A = np.block([[plant.A, into], [np.zeros((extra, n)), block]])
+def axis_of(model: LinearModel, place: str) -> str:
+    """Return the axis of a place of kind "base"."""
+    return dict(zip(model.places("base"), model.base, strict=False))[place]
+
+
+def _driven(
+    plant: Plant, force: Array, read: Array, block: Array, drive: Array, shape: Array
+) -> Plant:
+    """Return the plant with a force that white noise makes through a filter."""
+    system, k = plant.system, len(block)
+    n = len(system.A)
+    into = np.zeros((n, k))
+    into[: len(force)] = force @ shape[None]
+    grown = _grown(system, k)
+    A = grown.A + np.block([[np.zeros((n, n)), into], [np.zeros((k, n)), block]])
+    C = grown.C + np.hstack([0 * system.C, read @ shape[None]])
+    column = np.concatenate([np.zeros(n), drive])[:, None]
+    start = solve_continuous_lyapunov(block, -np.outer(drive, drive))
+    grown = replace(grown, A=A, C=C, G=np.hstack([grown.G, column]))
+    return replace(plant, system=grown, start=block_diag(plant.start, start))
+
+
+def _seen_through(
+    plant: Plant, model: LinearModel, fault: ChannelFault, readings: Mapping[str, float]
+) -> Plant:
+    """Return the plant whose channels are read through a faulty instrument."""
+    system = plant.system
+    if all(name in model.inputs for name in fault.channels):
+        instrument = fault.instrument(0.0)
+        if instrument is None:
+            return plant
+        # the true input is what was recorded, taken back
+        at = [model.inputs.index(name) for name in fault.channels]
+        B, D = np.array(system.B), np.array(system.D)
+        inverse = np.linalg.inv(instrument.D)
+        B[:, at], D[:, at] = B[:, at] @ inverse, D[:, at] @ inverse
+        return replace(plant, system=replace(system, B=B, D=D))
+    rows = [model.outputs.index(name) for name in fault.channels]
+    instrument = fault.instrument(max(readings[name] for name in fault.channels))
+    if instrument is None:
+        return plant
+    return _read(plant, rows, instrument)
+
+
+def _read(plant: Plant, rows: Sequence[int], instrument: Instrument) -> Plant:
+    system, k = plant.system, len(instrument.A)
+    n, pick = len(system.A), list(rows)
+    grown = _grown(system, k)
+    A, B, E, W = (np.array(m) for m in (grown.A, grown.B, grown.E, grown.W))
+    A[n:, :n] = instrument.B @ system.C[pick]
+    A[n:, n:] = instrument.A
+    B[n:], E[n:] = instrument.B @ system.D[pick], instrument.B @ system.F[pick]
+    W[n:] = instrument.B @ system.V[pick]
+    C, D, F, V = (np.array(m) for m in (grown.C, grown.D, grown.F, grown.V))
+    for matrix in (C, D, F, V):
+        matrix[pick] = instrument.D @ matrix[pick]
+    C[pick, n:] = instrument.C
+    g = instrument.G.shape[1]
+    G = np.hstack([grown.G, np.zeros((n + k, g))])
+    if g:
+        G[n:, -g:] = instrument.G
+    out = replace(grown, A=A, B=B, E=E, W=W, C=C, D=D, F=F, V=V, G=G)
+    return replace(plant, system=out, start=block_diag(plant.start, instrument.start))
+
+
+def _grown(system: System, k: int) -> System:
+    """Return the system with k more states that nothing moves or sees yet."""
 
     def tall(m: Array) -> Array:
-        return np.vstack([m, np.zeros((extra, m.shape[1]))])
+        return np.vstack([m, np.zeros((k, m.shape[1]))])
 
     def wide(m: Array) -> Array:
-        return np.hstack([m, np.zeros((m.shape[0], extra))])
+        return np.hstack([m, np.zeros((m.shape[0], k))])
 
-    return Plant(
-        A,
-        tall(plant.B),
-        wide(plant.C),
-        plant.D,
-        tall(plant.E),
-        plant.F,
-        tall(plant.G),
-        plant.L,
-        tall(plant.drive),
-        wide(plant.drift),
-        wide(plant.rate),
-        plant.model,
+    return replace(
+        system,
+        A=wide(tall(system.A)),
+        B=tall(system.B),
+        C=wide(system.C),
+        E=tall(system.E),
+        W=tall(system.W),
+        G=tall(system.G),
+        drift=wide(system.drift),
+        rate=wide(system.rate),
     )
-
-
-def _with_disturbance(plant: Plant, mechanism: Disturbance, outputs: Sequence[str]) -> Plant:
-    """Add the filter that shapes a force from white noise; the force acts at the place."""
-    block, drive, shape = mechanism.shaping()
-    k, model = len(drive), plant.model
-    shaken = mechanism.place == "ground" and "ground" not in model.coordinates
-    if shaken:
-        force = -model.M @ np.array([float(c != "pendulum") for c in model.coordinates])
-    else:
-        force = model.port(mechanism.place)
-    n = len(model.coordinates)
-    acceleration = np.linalg.solve(model.M, force)
-    into = np.zeros((len(plant.A), k))
-    into[n : 2 * n] = np.outer(acceleration, shape)
-    if shaken:
-        acceleration = acceleration + 1.0  # accelerometers see the ground's motion too
-    grown = _grown(plant, block, into)
-    C = grown.C.copy()
-    for row, name in enumerate(outputs):
-        kind, place = name.split("_", 1)
-        if kind == "acc" and place in model.coordinates:
-            C[row, -k:] += acceleration[model.coordinates.index(place)] * shape
-        elif kind == "acc" and place == "ground" and shaken:
-            C[row, -k:] += shape
-    column = np.zeros((len(grown.A), 1))
-    column[-k:, 0] = drive
-    drive = np.hstack([grown.drive, column])
-    return Plant(
-        grown.A, grown.B, C, grown.D, grown.E, grown.F, grown.G, grown.L, drive,
-        grown.drift, grown.rate, model,
-    )  # fmt: skip
-
-
-def _with_highpass(plant: Plant, row: int, corner_hz: float) -> Plant:
-    """Pass one output through s / (s + w): its low-passed part is a state that is taken off."""
-    w = 2 * np.pi * corner_hz
-    n = len(plant.A)
-    grown = _grown(plant, np.array([[-w]]), np.zeros((n, 1)))
-    A, B, E, G, C = (m.copy() for m in (grown.A, grown.B, grown.E, grown.G, grown.C))
-    A[n, :n] = w * plant.C[row]
-    B[n] = w * plant.D[row]
-    E[n] = w * plant.F[row]
-    G[n] = w * plant.L[row]
-    C[row, n] -= 1.0
-    return Plant(
-        A, B, C, grown.D, E, grown.F, G, grown.L, grown.drive, grown.drift, grown.rate, plant.model
-    )
-
-
-@dataclass(frozen=True)
-class Sampled:
-    """A plant between samples: x+ = A x + B0 u + B1 u+ + E0 f + E1 f+, and noise entries.
-
-    Attributes:
-        A, B0, B1, E0, E1: inputs are linear between samples (a column of B1 that is zero: held).
-        G: entry of force noise that is white from sample to sample, (n, coordinates).
-        Q: covariance of the disturbances' contribution, (n, n).
-        plant: the continuous plant, for its outputs.
-        step_s: from sample to sample [s].
-    """
-
-    A: Array
-    B0: Array
-    B1: Array
-    E0: Array
-    E1: Array
-    G: Array
-    Q: Array
-    plant: Plant
-    step_s: float
-
-
-def sampled(plant: Plant, step_s: float, held: bool | NDArray[np.bool_] = False) -> Sampled:
-    """Discretise exactly for inputs that are linear between samples, or held: all, or each (r,)."""
-    n = len(plant.A)
-    inputs = np.hstack([plant.B, plant.E, plant.G])
-    r = inputs.shape[1]
-    big = np.zeros((n + 2 * r, n + 2 * r))
-    big[:n, :n] = plant.A * step_s
-    big[:n, n : n + r] = inputs * step_s
-    big[n : n + r, n + r :] = np.eye(r)
-    power = expm(big)
-    A, first, second = power[:n, :n], power[:n, n : n + r], power[:n, n + r :]
-    zero, one = first - second, second
-    k, e = plant.B.shape[1], plant.E.shape[1]
-    Q = np.zeros((n, n))
-    if plant.drive.shape[1]:
-        Q = _noise_integral(plant.A, plant.drive @ plant.drive.T, step_s)
-    ramp = np.broadcast_to(~np.asarray(held, bool), (k,))
-    return Sampled(
-        A,
-        np.where(ramp, zero[:, :k], first[:, :k]),
-        np.where(ramp, one[:, :k], 0.0),
-        zero[:, k : k + e],
-        one[:, k : k + e],
-        first[:, k + e :],
-        Q,
-        plant,
-        step_s,
-    )
-
-
-def _noise_integral(A: Array, spectral: Array, step_s: float) -> Array:
-    """Covariance that white noise leaves after one step (Van Loan 1978)."""
-    n = len(A)
-    block = np.block([[-A, spectral], [np.zeros((n, n)), A.T]]) * step_s
-    power = expm(block)
-    return np.asarray(power[n:, n:].T @ power[:n, n:])

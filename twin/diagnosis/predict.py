@@ -1,207 +1,228 @@
-"""Simulate a hypothesis from the measured forces: two seconds ahead, and what noise alone does.
+"""What a fitted hypothesis predicts: free runs, two seconds ahead, and what noise alone does.
 
-The same equations as the MuJoCo twin's, stepped by the compiled filter with its gain at zero.
+A free run starts from the estimated state before the first sample: with the innovations e(k) of the
+predictor and their slopes H(k) with respect to that state, whose prior covariance is P, the maximum
+of its posterior is where
+
+    x0 + P sum_k H_k^T S_k^-1 e_k = 0
+
+(fixed-point smoothing; Anderson and Moore 1979, section 7.2). With laws that are not linear e and H
+depend on x0, so it is found by Gauss-Newton steps, with the predictor of a state that is known to
+begin with.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import least_squares
 
-from twin.diagnosis.bench import Bench, steps_for
-from twin.diagnosis.channels import as_recorded, corrected, limits_of
-from twin.diagnosis.filtering import Gain, with_laws
-from twin.diagnosis.fitting import lenient_gains
 from twin.diagnosis.hypothesis import Hypothesis
-from twin.diagnosis.plant import laws_of
-from twin.diagnosis.trials import Trial
-from twin.mechanisms.mechanism import ChannelFault, Disturbance
+from twin.diagnosis.problem import Problem
+from twin.estimation.kalman import Gains, gains
+from twin.estimation.likelihood import gaussian
+from twin.estimation.model import Assembly, Trial
+from twin.estimation.passing import LawAverages, Run, averages_at, open_loop, run
+from twin.estimation.system import Noise, Sampled, sampled
+from twin.mechanisms.mechanism import ChannelFault, Mechanism
 
 Array = NDArray[np.float64]
 
 WINDOW_S = 2.0
-"""Length of the windows [s]."""
+"""Length of the windows of a prediction ahead [s]."""
+
+BEGINNING = 1024
+"""Samples that tell of the state before the first one, ten time constants of a mode with 1 % of
+damping at a sixtieth of the sampling rate; what comes later a predictor has forgotten."""
+
+STEPS, ENOUGH = 30, 0.01
+"""Passes to find that state at most, and the gain in log posterior [nat] below which one is not
+worth another."""
+
+HOPELESS = 1e6
+"""Error that stands for a motion that diverges: JSON has no infinity."""
 
 
-def _open(gain: Gain) -> Gain:
-    """Return the gain that listens to nothing."""
-    return Gain(0 * gain.filtered, 0 * gain.carried, gain.predicted, gain.innovation)
+@dataclass(frozen=True)
+class Stage:
+    """A hypothesis at certain values beside one recording.
+
+    Attributes:
+        mechanisms: with their values.
+        names: of the outputs.
+        here: the model at the values.
+        trial: the recording, faults in its samples taken back.
+        plant: the sampled system.
+        noise: levels of this recording.
+        gain: of the predictor.
+        averages: what the laws do on the average of the motion.
+    """
+
+    mechanisms: tuple[Mechanism, ...]
+    names: tuple[str, ...]
+    here: Assembly
+    trial: Trial
+    plant: Sampled
+    noise: Noise
+    gain: Gains
+    averages: LawAverages
+
+    @cached_property
+    def followed(self) -> Run:
+        """The predictor's pass from the prior's mean."""
+        return run(self.here, self.trial, self.plant, self.gain, averages=self.averages)
+
+    @cached_property
+    def start(self) -> Array:
+        """The estimated state before the first sample, (n,)."""
+        first, root = self._first, _root(self.noise.start)
+        blur = self.averages.blur
+        averages = LawAverages(
+            self.averages.equivalent, None if blur is None else blur[: len(first.y)]
+        )
+        known = replace(self.noise, start=0 * self.noise.start)
+        gain = gains(self.plant, known, equivalent=averages.equivalent, missing=first.missing)
+
+        @lru_cache(maxsize=1)
+        def passed(s: tuple[float, ...]) -> tuple[Array, Array]:
+            """Return the whitened innovations with the prior's rows, and their slopes."""
+            with np.errstate(all="ignore"):
+                x0 = root @ np.array(s)
+                result = run(self.here, first, self.plant, gain, x0=x0, dx0=root, averages=averages)
+            part = gaussian(result, first)
+            slopes = np.vstack([part.whitened(result.de), np.eye(len(s))])
+            return np.concatenate([part.white.ravel(), s]), slopes
+
+        found = least_squares(
+            lambda s: passed(tuple(s))[0], np.zeros(root.shape[1]),
+            lambda s: passed(tuple(s))[1], ftol=ENOUGH / first.y.size, max_nfev=STEPS,
+        )  # fmt: skip
+        return np.asarray(root @ found.x)
+
+    @property
+    def _first(self) -> Trial:
+        own = self.trial
+        return Trial(own.u[:BEGINNING], own.between[:BEGINNING], own.y[:BEGINNING], own.step_s)
+
+    def free(self, u: Array | None = None) -> Array:
+        """Return the free run, with other inputs where given, (samples, m)."""
+        return self._open(0, len(self.trial.y), self.start, None, u)
+
+    def from_rest(self) -> Array:
+        """Return the simulation from rest, (samples, m)."""
+        return self._open(0, len(self.trial.y), 0 * self.start, None, None)
+
+    def ahead(self, u: Array | None = None, offsets: Array | None = None) -> Array:
+        """Return windows of two seconds from the states estimated before them, (samples, m).
+
+        Args:
+            u: other inputs, (samples, r).
+            offsets: added to the state at each sample, (samples, n).
+        """
+        length = max(round(WINDOW_S / self.trial.step_s), 1)
+        out = np.empty_like(self.trial.y)
+        for first in range(0, len(out), length):
+            x = self.followed.x[first] if first else self.start
+            if offsets is not None and first:
+                x = x + offsets[first]
+            last = min(first + length, len(out))
+            out[first:last] = self._open(first, last, x, self.followed.z[first], u)
+        return out
+
+    def _open(self, first: int, last: int, x: Array, z: Array | None, u: Array | None) -> Array:
+        """Return the outputs of a simulation over a part of the recording."""
+        own = self.trial
+        more = 0.0 if u is None else (u - own.u)[first:last]
+        piece = Trial(own.u[first:last] + more, own.between[first:last] + more,
+                      np.zeros((last - first, own.y.shape[1])), own.step_s)  # fmt: skip
+        passed = run(self.here, piece, self.plant, open_loop(self.gain), x0=x, z0=z,
+                     begin_s=first * own.step_s)  # fmt: skip
+        return self._recorded(-passed.e)
+
+    def _recorded(self, predicted: Array) -> Array:
+        """Return outputs as the instruments show them that are at fault in their samples."""
+        columns = dict(zip(self.names, predicted.T, strict=True))
+        for fault in self.mechanisms:
+            if not isinstance(fault, ChannelFault) or not set(fault.channels) <= set(columns):
+                continue
+            if fault.in_samples or fault.limit() is not None:
+                columns = fault.distort(columns, 1 / self.trial.step_s)
+        return np.column_stack([columns[name] for name in self.names])
 
 
-def _run(
-    bench: Bench, hypothesis: Hypothesis, trial: Trial, gain: Gain, start: Array,
-    memory: Array | None = None, begin_s: float = 0.0,
-) -> tuple[Array, Array, Array]:  # fmt: skip
-    """Return innovations, states and memories of one hypothesis on a sound trial."""
-    laws = laws_of(hypothesis.mechanisms)
-    steps = steps_for(laws, bench.plant(trial, hypothesis.mechanisms))
-    plant = bench.plant(trial, hypothesis.mechanisms, steps)
-    limits = limits_of(hypothesis.mechanisms, trial.outputs)[None]
-    e, x, z = with_laws(
-        [plant], gain, [laws], trial.u[None], bench.smooth(trial.u)[None], trial.y[None],
-        start, limits, steps, bench.step_s, memory, begin_s, bench.held,
-    )  # fmt: skip
-    return e[0], x[0], z[0]
-
-
-def _piece(trial: Trial, first: int, last: int) -> Trial:
-    return replace(trial, u=trial.u[first:last], y=trial.y[first:last])
-
-
-def filtered(
-    bench: Bench, hypothesis: Hypothesis, slack: float, starts: Sequence[Array]
-) -> list[tuple[Trial, Gain, Array, Array]]:
-    """Return sound trial, gain, states x(k|k-1) and memories for every trial of the bench."""
-    gains = lenient_gains(bench, hypothesis, slack)
+def stages(hypothesis: Hypothesis, z: Array) -> list[Stage]:
+    """Return a hypothesis at values z, (p,), beside each of its recordings."""
+    here = hypothesis.assemble(z)
+    step_s = hypothesis.problem.step_s
+    plants = [sampled(s, step_s, here.steps, here.held) for s in here.systems]
+    names = hypothesis.problem.model.outputs
     out = []
-    for number, (trial, gain) in enumerate(zip(bench.trials, gains, strict=True)):
-        sound = corrected(trial, hypothesis.mechanisms)
-        start = np.zeros(len(gain.filtered)) if not starts else starts[number]
-        _, x, z = _run(bench, hypothesis, sound, gain, start)
-        out.append((sound, gain, x, z))
+    for t, trial in enumerate(here.trials):
+        plant, noise = plants[here.which[t]], here.noises[t]
+        everything = (*hypothesis.at(z), *hypothesis.problem.known)
+        averages = averages_at(hypothesis, here, plants, t)
+        gain = gains(plant, noise, equivalent=averages.equivalent, missing=trial.missing)
+        out.append(Stage(everything, names, here, trial, plant, noise, gain, averages))
     return out
 
 
-def ahead(
-    bench: Bench, hypothesis: Hypothesis, slack: float, starts: Sequence[Array] = ()
-) -> list[Array]:
-    """Return the outputs as simulated in windows, each from the state estimated before it.
+def placed(fitted: Hypothesis, z: Array, problem: Problem) -> tuple[Hypothesis, Array]:
+    """Return a fitted hypothesis beside other recordings.
+
+    Their noise levels are those of their own samples; the process noise is that of the recordings
+    it was fitted to.
 
     Args:
-        bench: trials.
-        hypothesis: the fitted one.
-        slack: force noise that the estimator assumes.
-        starts: initial states, or rest.
-
-    Returns:
-        One (samples, m) a trial, as the instruments would record it.
+        fitted: on the training recordings.
+        z: values of its unknowns, (p,).
+        problem: of the same model, with the recordings to predict.
     """
-    out = []
-    length = round(WINDOW_S / bench.step_s)
-    for trial, (sound, gain, x, z) in zip(
-        bench.trials, filtered(bench, hypothesis, slack, starts), strict=True
-    ):
-        predicted = np.empty_like(trial.y)
-        for first in range(0, trial.samples, length):
-            last = min(first + length, trial.samples)
-            piece = _piece(sound, first, last)
-            e, _, _ = _run(
-                bench, hypothesis, piece, _open(gain), x[first], z[first], first * bench.step_s
-            )
-            predicted[first:last] = piece.y - e
-        out.append(_recorded(trial, sound, predicted, hypothesis))
-    return out
+    known = {u.name: float(v) for u, v in zip(fitted.unknowns, z, strict=True)}
+    own = fitted.problem
+    there = replace(own, recordings=problem.recordings, scale=problem.scale)
+    here = replace(fitted, problem=there)
+    process = [v for name, v in known.items() if name.startswith("process noise")]
+    values = np.zeros(len(here.unknowns))
+    for i, unknown in enumerate(here.unknowns):
+        other = float(np.mean(process)) if unknown.name.startswith("process noise") else 0.0
+        values[i] = known.get(unknown.name, other)
+    return here, values
 
 
-def from_rest(bench: Bench, hypothesis: Hypothesis, slack: float) -> list[Array]:
-    """Return the outputs as simulated from rest over the whole recording, one (samples, m) each."""
-    out = []
-    for trial, gain in zip(bench.trials, lenient_gains(bench, hypothesis, slack), strict=True):
-        sound = corrected(trial, hypothesis.mechanisms)
-        rest = np.zeros(len(gain.filtered))
-        e, _, _ = _run(bench, hypothesis, sound, _open(gain), rest)
-        out.append(_recorded(trial, sound, sound.y - e, hypothesis))
-    return out
+def nrmse(measured: Sequence[Array], predicted: Sequence[Array]) -> float:
+    """Return RMS of the residual over RMS of the output, over all channels and recordings.
 
-
-def unmeasured(
-    bench: Bench, hypothesis: Hypothesis, slack: float, starts: Sequence[Array] = ()
-) -> dict[int, list[Array]]:
-    """Return the disturbances as the recordings show them, one (samples,) a trial.
-
-    By their index in ``found``; the first quarter, in which the filter finds them, is left out.
+    Samples that are left out (NaN) do not count; a motion that diverges is off by ``HOPELESS``.
     """
-    shapes: dict[int, tuple[int, Array]] = {}
-    at = 2 * len(bench.plant(bench.trials[0], hypothesis.mechanisms).plant.model.coordinates)
-    for mechanism in hypothesis.mechanisms:
-        if isinstance(mechanism, Disturbance):
-            shape = mechanism.shaping()[2]
-            shapes[hypothesis.found.index(mechanism)] = at, shape
-            at += len(shape)
-        elif isinstance(mechanism, ChannelFault) and mechanism.filter_hz() is not None:
-            at += 1
-    if not shapes:
-        return {}
-    seen = [x[len(x) // 4 :] for _, _, x, _ in filtered(bench, hypothesis, slack, starts)]
-    return {i: [x[:, p : p + len(c)] @ c for x in seen] for i, (p, c) in shapes.items()}
+    error = sum(float(np.nansum((y - p) ** 2)) for y, p in zip(measured, predicted, strict=True))
+    power = sum(float(np.nansum(y**2)) for y in measured)
+    finite = all(np.all(np.isfinite(p)) for p in predicted)
+    return min(float(np.sqrt(error / power)), HOPELESS) if finite else HOPELESS
 
 
-def strength_of(bench: Bench, hypothesis: Hypothesis, slack: float) -> dict[int, float]:
-    """Return the RMS of every disturbance as the recordings show it, by its index in ``found``."""
-    return {
-        i: float(np.sqrt(np.mean(np.concatenate(histories) ** 2)))
-        for i, histories in unmeasured(bench, hypothesis, slack).items()
-    }
-
-
-def _recorded(trial: Trial, sound: Trial, predicted: Array, hypothesis: Hypothesis) -> Array:
-    """Take predictions of sound outputs back to what the faulty instruments record."""
-    faults = [
-        m
-        for m in hypothesis.mechanisms
-        if isinstance(m, ChannelFault) and m.filter_hz() is None and m.limit() is None
-    ]
-    columns = dict(zip(trial.outputs, predicted.T, strict=True))
-    inputs = dict(zip(trial.inputs, sound.u.T, strict=True))
-    for fault in faults:
-        columns = {**columns, **fault.distort({**inputs, **columns}, trial.sampling_hz)}
-    return np.column_stack([columns[name] for name in trial.outputs])
-
-
-def nrmse(trials: Sequence[Trial], simulated: Sequence[Array]) -> float:
-    """Return RMS of the residual over RMS of the output, pooled over channels and recordings."""
-    error = float(np.sum(squared_errors(trials, simulated)))
-    power = sum(float(np.sum(t.y**2)) for t in trials)
-    return float(np.sqrt(error / power))
-
-
-def squared_errors(trials: Sequence[Trial], simulated: Sequence[Array]) -> Array:
-    """Return the squared residuals of every trial, summed over channels and samples, (trials,)."""
-    return np.array([np.sum((t.y - s) ** 2) for t, s in zip(trials, simulated, strict=True)])
-
-
-def noise_floors(
-    bench: Bench, hypothesis: Hypothesis, slack: float, starts: Sequence[Array] = (), seed: int = 0
-) -> tuple[float, float]:
+def noise_floors(beside: Sequence[Stage], seed: int = 0) -> tuple[float, float]:
     """Return the NRMSE that a perfect model would reach: free run, and two seconds ahead.
 
     The measured force is not the true one: another draw of its noise on top of it shows what that
-    does to the simulated motion, with the motion's own sensitivity; in windows the state's
-    uncertainty comes on top. The outputs' noise is added.
+    does to the motion, with the motion's own sensitivity; in windows the uncertainty of the state
+    comes on top. The outputs' noise is added.
     """
     rng = np.random.default_rng(seed)
-    length = round(WINDOW_S / bench.step_s)
     free = near = power = 0.0
-    for trial, (sound, gain, x, z) in zip(
-        bench.trials, filtered(bench, hypothesis, slack, starts), strict=True
-    ):
-        scale = as_recorded(trial, hypothesis.mechanisms)
-        noise = float(np.sum(trial.output_noise**2)) * trial.samples
-        shaken = _shaken(sound, rng)
-        still = _open(gain)
-        first = _run(bench, hypothesis, sound, still, x[0])[0]
-        second = _run(bench, hypothesis, shaken, still, x[0])[0]
-        free += float(np.sum(((first - second) * scale) ** 2)) + noise
-        root = _root(gain.predicted)
-        for begin in range(0, trial.samples, length):
-            end = min(begin + length, trial.samples)
-            blur = root @ rng.standard_normal(len(root)) if begin else 0 * x[0]
-            at = begin * bench.step_s
-            a = _run(bench, hypothesis, _piece(sound, begin, end), still, x[begin], z[begin], at)
-            b = _run(
-                bench, hypothesis, _piece(shaken, begin, end), still, x[begin] + blur, z[begin], at
-            )
-            near += float(np.sum(((a[0] - b[0]) * scale) ** 2))
-        near += noise
-        power += float(np.sum(trial.y**2))
-    return float(np.sqrt(free / power)), float(np.sqrt(near / power))
-
-
-def _shaken(trial: Trial, rng: np.random.Generator) -> Trial:
-    return replace(trial, u=trial.u + rng.standard_normal(trial.u.shape) * trial.input_noise)
+    for stage in beside:
+        y, u = stage.trial.y, stage.trial.u
+        noise = float(np.sum(stage.noise.output**2)) * len(y)
+        shaken = u + rng.standard_normal(u.shape) * stage.noise.held[: u.shape[1]]
+        blur = rng.standard_normal((len(y), len(stage.plant.A))) @ _root(stage.gain.predicted).T
+        free += float(np.sum((stage.free() - stage.free(shaken)) ** 2)) + noise
+        near += float(np.sum((stage.ahead() - stage.ahead(shaken, blur)) ** 2)) + noise
+        power += float(np.nansum(y**2))
+    found = np.nan_to_num(np.sqrt(np.array([free, near]) / power), nan=HOPELESS, posinf=HOPELESS)
+    return float(min(found[0], HOPELESS)), float(min(found[1], HOPELESS))
 
 
 def _root(covariance: Array) -> Array:

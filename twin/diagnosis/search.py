@@ -1,273 +1,257 @@
-"""Find what is missing: one mechanism after the other, until nothing is left to explain."""
+"""The search over sets of mechanisms: add, drop, exchange, by evidence alone."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from twin.diagnosis.adjusting import REPRODUCIBLE, by_free_run, with_between, with_noise
-from twin.diagnosis.bench import Bench
-from twin.diagnosis.blurring import with_recorded_outputs, without_any_jumps, without_jumps
-from twin.diagnosis.fitting import Fit, fit
-from twin.diagnosis.following import follows_motion
+from twin.diagnosis.beginning import added, beginnings, likeliest, moved_to, start_of
+from twin.diagnosis.between import again
+from twin.diagnosis.candidates import Candidate, motions, scales_of
 from twin.diagnosis.hypothesis import Hypothesis
-from twin.diagnosis.parameters import gravity_instead, promoted, several, straightens
-from twin.diagnosis.pruning import pruned
-from twin.diagnosis.refining import refined
-from twin.diagnosis.restarting import other_beginnings
-from twin.diagnosis.stage import (
-    DECISIVE,
-    FURTHER_SAMPLE,
-    LITTLE,
-    TIE,
-    Stage,
-    has_friction,
-    is_narrow,
-    next_stage,
-)
-from twin.diagnosis.unnamed import foresees_off, is_poor, runs_off, unnamed_law
+from twin.diagnosis.predict import stages
+from twin.diagnosis.problem import Motion, Problem
+from twin.diagnosis.screening import screen
+from twin.diagnosis.sizes import forces, inexact
+from twin.diagnosis.valleys import Score
+from twin.estimation.fit import Fit, fit
+from twin.estimation.likelihood import evaluate
+from twin.estimation.passing import Run
+from twin.mechanisms.mechanism import ChannelFault
 
-RUNS_LESS = 0.75
-"""Several parameters win over one mechanism, too, where the free run's error falls to this."""
+Array = NDArray[np.float64]
 
-STACKED = 2
-"""When so many mechanisms together explain poorly, a further one will not help."""
+WIDTH = 6
+"""Candidates of the screening that are fitted in a search step."""
 
-SEVERAL = 30.0
-"""Drop of the BIC that several parameters must bring against any single mechanism."""
+FAMILIES = 2
+"""Faults that are tried in all channels at once in a search step: each is a fit, and a third one
+would be the least promising."""
 
-ENOUGH = 0.25
-"""What runs better must also explain this share of the best fit's drop of the BIC."""
+MOST = 4
+"""Mechanisms at most."""
 
-LENIENT = 1.2
-"""All parameters free at once may run so much worse than the selection that is made of them."""
 
-FURTHER_SHARE = 0.006
-"""What a further mechanism must bring besides, as a share of all that was explained before. No
-model of what was found first is exact: its own errors (the filters' phases, the integrator's
-corners) must not be explained by more physics."""
+@dataclass(frozen=True)
+class Explanation:
+    """A fitted set of mechanisms.
 
-STICKS = 0.05
-"""The same of what comes third beside dry friction, the least exact of all."""
+    Attributes:
+        hypothesis, fit: what was fitted, and how it came out.
+        log_odds: log evidence less what the set costs beforehand: every mechanism at every place
+            is as likely as any other, and any at all as likely as none.
+    """
 
-FORESEES = 0.7
-"""A law must take the error two seconds ahead down to this share of a random force's."""
+    hypothesis: Hypothesis
+    fit: Fit
+    log_odds: float
+
+    @property
+    def labels(self) -> tuple[tuple[str, str], ...]:
+        """Name and place of each mechanism."""
+        return tuple((m.name, m.place) for m in self.hypothesis.mechanisms)
 
 
 @dataclass(frozen=True)
 class Found:
-    """What a search found: the fit of nothing missing, the best one, and how it was reached.
+    """What the search found.
 
-    ``bench`` is the one that it ended with: what inputs do between samples is chosen on the way.
-    ``named`` is the best explanation by named mechanisms, where one without a name beats it, and
-    ``lost`` by how much the BIC is worse without each of its mechanisms.
+    Attributes:
+        nothing: the calibrated twin without further mechanisms.
+        best: the explanation with the greatest odds.
+        others: every other explanation that was fitted, best first.
+        screened: the screening of each step.
+        motion: the motion of every recording by the best explanation.
     """
 
-    nothing: Fit
-    best: Fit
-    stages: tuple[Stage, ...]
-    bench: Bench
-    named: Fit | None = None
-    lost: tuple[float, ...] = ()
+    nothing: Explanation
+    best: Explanation
+    others: tuple[Explanation, ...]
+    screened: tuple[tuple[Score, ...], ...]
+    motion: tuple[Motion, ...]
+
+
+Offer = Callable[[Sequence[Motion], Sequence[Run]], Sequence[Candidate]]
 
 
 def search(
-    bench: Bench,
-    base: Hypothesis,
-    heights: Mapping[str, float],
-    most: int = 5,
+    problem: Problem,
+    offer: Offer,
     tell: Callable[[str], None] = lambda message: None,
+    start: Array | None = None,
 ) -> Found:
-    """Search for the mechanisms that explain the trials.
+    """Find the set of mechanisms with the greatest odds.
 
     Args:
-        bench: model and trials.
-        base: the hypothesis that nothing is missing.
-        heights: of the storeys [m].
-        most: mechanisms that are looked for, at most.
-        tell: is told what is being done.
+        problem: the estimation problem.
+        offer: returns all candidates, given motion and innovations of each recording.
+        tell: is told each step.
+        start: where the calibration begins, in prior deviations, (p,).
     """
-    tell("calibrating")
-    nothing = refined(bench, [base], 3e-3)
-    bench, nothing = with_noise(*with_between(bench, nothing))
-    tell("locating")
-    stage = next_stage(bench, nothing, heights, tell)
-    many = _many(bench, nothing, stage, heights, tell)
-    lawful = stage if many else _lawful(bench, nothing, stage)
-    follower = stage.fits[0] if lawful is not stage else None
-    begun = tuple(many or [_foreseeing(bench, lawful)])
-    path = _Path(bench, nothing, nothing, begun)
-    ended = _followed(path, heights, most, tell)
-    if not many:
-        ended = _explaining(path, ended, heights, most, tell)
-    tell("looking at what is needed still")
-    best, stages, lost = pruned(ended.bench, ended.current, ended.stages, nothing.slack)
-    best, unnamed = unnamed_law(ended.bench, nothing, best, stages, heights, tell, follower)
-    bench = with_recorded_outputs(ended.bench, bench)
-    return Found(nothing, unnamed or best, stages, bench, best if unnamed else None, lost)
-
-
-@dataclass(frozen=True)
-class _Path:
-    """How far a search has come: the fit it started from, the one it stands at, and its stages."""
-
-    bench: Bench
-    nothing: Fit
-    current: Fit
-    stages: tuple[Stage, ...]
-
-
-def _followed(
-    path: _Path, heights: Mapping[str, float], most: int, tell: Callable[[str], None]
-) -> _Path:
-    """Take up the first fit of the stages begun, then add one mechanism after the other."""
-    bench, nothing, stages = path.bench, path.nothing, list(path.stages)
-    if not stages[-1].fits or stages[-1].fits[0].bic > nothing.bic - DECISIVE:
-        return path
-    current = stages[-1].fits[0]
-    gained = _gain(nothing, current)  # noise levels change below: then the BICs no longer compare
-    if len(stages) == 1:
-        bench, current = by_free_run(*with_noise(*with_between(bench, current)))
-    bench, current = without_jumps(bench, current)
-    while len(stages) < most:
-        if len(stages) >= STACKED and is_poor(bench, nothing, current):
+    empty = Hypothesis(problem)
+    calibrated = fit(empty, start_of(empty) if start is None else start)
+    nothing = Explanation(empty, calibrated, calibrated.log_evidence)
+    best = nothing
+    tried: dict[tuple[tuple[str, str], ...], Explanation] = {(): nothing}
+    screened = []
+    moved = motions(problem, empty, calibrated.z)
+    for step in range(MOST):
+        tell(f"search step {step + 1}: screening")
+        here = replace(best.hypothesis, scales=scales_of(problem, moved))
+        runs = evaluate(best.hypothesis, best.fit.z, derivatives=False).runs
+        candidates = [c for c in offer(moved, runs) if c.label not in best.labels]
+        cost = float(np.log(max(len(candidates), 2)))
+        scores = screen(best.fit, here, candidates, moved)
+        screened.append(tuple(scores))
+        promising = [s for s in scores if s.gain > cost][:WIDTH]
+        fits: list[Explanation] = []
+        for number, score in enumerate(promising):
+            what = " at ".join(score.candidate.label)
+            tell(f"search step {step + 1}: fitting {what} ({number + 1} of {len(promising)})")
+            top = max((e.log_odds for e in fits), default=best.log_odds)
+            explained = _fitted(here, best, [score], cost, top)
+            if explained is not None:
+                fits.append(explained)
+                key = tuple(sorted(explained.labels))
+                if key not in tried or tried[key].log_odds < explained.log_odds:
+                    tried[key] = explained
+        for family in _families(here, scores, cost):
+            tell(f"search step {step + 1}: fitting {family[0].candidate.label[0]} of "
+                 f"{len(family)} channels")  # fmt: skip
+            top = max((e.log_odds for e in fits), default=best.log_odds)
+            explained = _fitted(here, best, family, cost, top)
+            if explained is not None:
+                fits.append(explained)
+                tried.setdefault(tuple(sorted(explained.labels)), explained)
+        fits.sort(key=lambda e: -e.log_odds)
+        if not fits or fits[0].log_odds <= best.log_odds:
             break
-        tell("looking for a further mechanism")
-        try:
-            stage = next_stage(bench, current, heights, tell)
-        except np.linalg.LinAlgError:
+        better = [e for e in fits if e.log_odds > best.log_odds]
+        # what is a trifle beside the others may stand in for what is none
+        best = next((e for e in better if not _ends_in_a_trifle(e)), better[0])
+        best = _from_prior_noise(best)
+        best = _without_needless(best, cost, tried)
+        hypothesis, found = again(best.hypothesis, best.fit)
+        if hypothesis is not best.hypothesis:
+            spent = cost * len(hypothesis.mechanisms)
+            best = Explanation(hypothesis, found, found.log_evidence - spent)
+            empty = replace(empty, problem=hypothesis.problem)
+            calibrated = fit(empty, calibrated.z)
+            nothing = Explanation(empty, calibrated, calibrated.log_evidence)
+            tried = {(): nothing}  # the others were with other inputs
+        if _ends_in_a_trifle(best):
             break
-        # a broad force is only what the models of what was found leave over
-        allowed = tuple(f for f in stage.fits if is_narrow(f.hypothesis.found[-1]))
-        if rough := has_friction(current):
-            bench, current, allowed = without_any_jumps(bench, current, allowed)
-        stages.append(replace(stage, before=current, fits=allowed))
-        share = STICKS if rough and len(current.hypothesis.found) > 1 else FURTHER_SHARE
-        needed = DECISIVE + max(FURTHER_SAMPLE * bench.samples, share * gained)
-        better = [f for f in allowed if f.bic < current.bic - needed]
-        # beside friction a parameter that is far off goes first, unless what is found explains it
-        own = promoted(bench, current, needed) if rough or not better else None
-        if own is not None and not (better and straightens(better[0], own)):
-            stages[-1] = Stage(current, {}, (), (own,))
-            current = own
-        elif better:
-            gained += current.bic - better[0].bic
-            bench, current = without_jumps(bench, better[0])
-        else:
-            break
-    return _Path(bench, nothing, current, tuple(stages))
+        moved = motions(problem, best.hypothesis, best.fit.z)
+    others = sorted((e for e in tried.values() if e.labels != best.labels),
+                    key=lambda e: -e.log_odds)  # fmt: skip
+    return Found(nothing, best, tuple(others), tuple(screened), moved)
 
 
-def _explaining(
-    path: _Path,
-    ended: _Path,
-    heights: Mapping[str, float],
-    most: int,
-    tell: Callable[[str], None],
-) -> _Path:
-    """Return where the search ended, or where it ends when it begins with something else.
+def _from_prior_noise(best: Explanation) -> Explanation:
+    """Return an explanation fitted again from the noise that the samples show, if that is likelier.
 
-    Another beginning is tried only as long as what there is explains poorly.
+    The noise that a poorer twin needed may hold a better one back.
     """
-    others = other_beginnings(path.bench, path.nothing, ended.stages[0])
-    while is_poor(ended.bench, path.nothing, ended.current):
-        if (other := next(others, None)) is None:
-            break
-        tell("looking again from another first mechanism")
-        again = _followed(replace(path, stages=(other,)), heights, most, tell)
-        if _comparable(path.bench, again.current).bic < _comparable(path.bench, ended.current).bic:
-            ended = again
-    return ended
-
-
-def _many(
-    bench: Bench,
-    nothing: Fit,
-    stage: Stage,
-    heights: Mapping[str, float],
-    tell: Callable[[str], None],
-) -> list[Stage]:
-    """Return one stage for each of several parameters, where they beat every single mechanism.
-
-    A storey's lost stiffness may be the weight above it as well: that fit stands beside it, and in
-    front where it is the better one by far.
-    """
-    if nothing.slack <= LITTLE and not stage.fits:
-        return []
-    tell("freeing the parameters")
-    best = min(stage.fits, key=lambda f: f.bic, default=nothing)
-    freely = min(RUNS_LESS * runs_off(bench, best), REPRODUCIBLE)
-
-    def hopeless(loose: Fit) -> bool:
-        if any(trial.added_mass for trial in bench.trials):
-            return False  # a weight that is left out shows now, and only beside the parameters
-        least = -2 * loose.log_likelihood + 2 * np.log(bench.samples)
-        return bool(
-            least > best.bic - SEVERAL
-            and (
-                nothing.bic - least < ENOUGH * _gain(nothing, best)
-                or runs_off(bench, loose) > LENIENT * freely
-            )
-        )
-
-    found = several(bench, nothing, hopeless)
-    if found is None or len(found.hypothesis.found) < 2 or found.bic > nothing.bic - SEVERAL:
-        return []
-    others: list[Fit] = []
-    for _ in found.hypothesis.found:
-        others = gravity_instead(bench, found, heights)
-        better = min(others, key=lambda f: f.bic, default=found)
-        if better.bic > found.bic - TIE:
-            break
-        found = better
-    freer = runs_off(bench, found) <= freely and _gain(nothing, found) > ENOUGH * _gain(
-        nothing, best
-    )
-    if found.bic > best.bic - SEVERAL and not freer:
-        return []
-    out = []
-    for label in found.hypothesis.labels:
-        tied = [f for f in others if f is not found and label not in f.hypothesis.labels]
-        out.append(replace(stage, fits=(found, *tied)))
-    return out
-
-
-def _lawful(bench: Bench, nothing: Fit, stage: Stage) -> Stage:
-    """Return the stage without broad forces, where the best fit is one that follows the motion."""
-    if not stage.fits or is_narrow(stage.fits[0].hypothesis.found[-1]):
-        return stage
-    rest = tuple(f for f in stage.fits if is_narrow(f.hypothesis.found[-1]))
-    if not rest or rest[0].bic > nothing.bic - DECISIVE:
-        return stage
-    return replace(stage, fits=rest) if follows_motion(bench, nothing, stage.fits[0]) else stage
-
-
-def _foreseeing(bench: Bench, stage: Stage) -> Stage:
-    """Return the stage with a law before an unmeasured force, where the law foresees far more.
-
-    Broad noise fits whatever comes, law or not; but nothing foresees it.
-    """
-    if not stage.fits or is_narrow(stage.fits[0].hypothesis.found[-1]):
-        return stage
-    least = FORESEES * foresees_off(bench, stage.fits[0])
-    missed = [(foresees_off(bench, f), i) for i, f in enumerate(stage.fits) if i]
-    best = min(missed, default=(np.inf, 0))
-    if best[0] > least:
-        return stage
-    chosen = stage.fits[best[1]]
-    return replace(stage, fits=(chosen, *(f for f in stage.fits if f is not chosen)))
-
-
-def _comparable(bench: Bench, found: Fit) -> Fit:
-    """Return a fit on the bench of the first stage, whatever was chosen or left out on its way."""
+    z, h = best.fit.z, best.hypothesis
+    noisy = np.array([u.role == "noise" for u in h.unknowns])
     try:
-        return fit(bench, found.hypothesis, found.slack, found.starts, iterations=1)
-    except np.linalg.LinAlgError:
-        return found
+        found = fit(h, np.where(noisy, 0.0, z))
+    except (ValueError, np.linalg.LinAlgError):
+        return best
+    gained = found.log_evidence - best.fit.log_evidence
+    return replace(best, fit=found, log_odds=best.log_odds + gained) if gained > 0 else best
 
 
-def _gain(nothing: Fit, found: Fit) -> float:
-    """Return the drop of the BIC that an explanation brings."""
-    return nothing.bic - found.bic
+def _ends_in_a_trifle(best: Explanation) -> bool:
+    """Return whether the last mechanism found is smaller than the laws before it are inexact."""
+    mechanisms, z = best.hypothesis.at(best.fit.z), best.fit.z
+    if isinstance(mechanisms[-1], ChannelFault):
+        return False  # a channel's calibration says nothing of the structure
+    sizes = forces(best.hypothesis, z, stages(best.hypothesis, z))
+    last = len(sizes) - 1
+    return 0.0 < (sizes[last] or 0.0) < inexact(mechanisms, sizes, last)
+
+
+def _families(here: Hypothesis, scores: Sequence[Score], cost: float) -> list[list[Score]]:
+    """Return faults that several channels have at once, as mains hum or a warm amplifier's drift.
+
+    One by one they may lose to a force, which moves all channels.
+    """
+    kinds = dict[str, list[Score]]()
+    for score in scores:
+        start = score.start
+        linear = isinstance(start, ChannelFault) and start.instrument(1.0) is not None
+        if linear and start.place in here.problem.model.outputs and score.gain > cost:
+            kinds.setdefault(start.name, []).append(score)
+    families = [family for family in kinds.values() if len(family) > 1]
+    return sorted(families, key=lambda family: -sum(s.gain for s in family))[:FAMILIES]
+
+
+def _fitted(
+    here: Hypothesis, before: Explanation, scores: Sequence[Score], cost: float, top: float
+) -> Explanation | None:
+    grown, z, shift = here, before.fit.z, dict[str, float]()
+    for score in scores:
+        more = added(grown, score.candidate, score.start)
+        grown, z = more, moved_to(more, grown, z, score.start)
+        shift |= score.shift if len(scores) == 1 else {}
+    moved = z + np.array([shift.get(u.name, 0.0) for u in grown.unknowns])
+    _, z, _ = likeliest(grown, [z, *beginnings(grown, moved)])
+    spent = cost * len(grown.mechanisms)
+    try:
+        full = fit(grown, z, hopeless=top + spent)
+    except (ValueError, np.linalg.LinAlgError):
+        return None
+    if not np.isfinite(full.log_evidence):
+        return None
+    return Explanation(grown, full, full.log_evidence - spent)
+
+
+def _without_needless(
+    best: Explanation, cost: float, tried: dict[tuple[tuple[str, str], ...], Explanation]
+) -> Explanation:
+    """Drop mechanisms that are not needed any more, the least needed first."""
+    while len(best.hypothesis.mechanisms) > 1:
+        options = []
+        for index in range(len(best.hypothesis.mechanisms) - 1):
+            fewer = dropped(best, index, cost, tuple(tried.values()))
+            if fewer is not None:
+                tried.setdefault(tuple(sorted(fewer.labels)), fewer)
+                options.append(fewer)
+        options.sort(key=lambda e: -e.log_odds)
+        if not options or options[0].log_odds <= best.log_odds:
+            return best
+        best = options[0]
+    return best
+
+
+def dropped(
+    best: Explanation, index: int, cost: float, tried: Sequence[Explanation] = ()
+) -> Explanation | None:
+    """Return the explanation without one of its mechanisms, fitted again.
+
+    The fit begins where the others are now, or where they were without it, whichever is likelier.
+    """
+    h = best.hypothesis
+    fewer = replace(
+        h,
+        mechanisms=(*h.mechanisms[:index], *h.mechanisms[index + 1 :]),
+        priors=(*h.priors[:index], *h.priors[index + 1 :]),
+    )
+    known = {u.name: x for u, x in zip(h.unknowns, best.fit.z, strict=True)}
+    kept = {(m.name, m.place) for m in fewer.mechanisms}
+    options = [np.array([known[u.name] for u in fewer.unknowns])]
+    for e in tried:
+        if e.labels and set(e.labels) <= kept:
+            then = dict(zip((u.name for u in e.hypothesis.unknowns), e.fit.z, strict=True))
+            options.append(np.array([then.get(u.name, known[u.name]) for u in fewer.unknowns]))
+    _, z, _ = likeliest(fewer, options)
+    spent = cost * len(fewer.mechanisms)
+    try:
+        found = fit(fewer, z, hopeless=best.log_odds + spent)
+    except (ValueError, np.linalg.LinAlgError):
+        return None
+    return Explanation(fewer, found, found.log_evidence - spent)

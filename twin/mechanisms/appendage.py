@@ -8,12 +8,10 @@ from typing import ClassVar, Self
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
 
 from twin.mechanisms.edits import Line
-from twin.mechanisms.mechanism import Model, Surroundings
+from twin.mechanisms.mechanism import Model, StructuralChange, Surroundings
 from twin.mechanisms.rest import free_name
-from twin.mechanisms.slight import SlightChange
 from twin.parameter import Parameter
 
 Array = NDArray[np.float64]
@@ -21,13 +19,9 @@ Array = NDArray[np.float64]
 LITTLE = 1e-4
 """Share of its inertia that a body has in motions that are of no account."""
 
-LIGHT_HZ = (0.4, 40.0)
-LIGHT_COUNT = 90
-"""Grid of frequencies for very light ones: one in twenty."""
-
 
 @dataclass(frozen=True)
-class Appendage(SlightChange):
+class Appendage(StructuralChange):
     """A mass on a spring and a dashpot; adds the coordinate "appendage_PLACE", absolute [m].
 
     It swings along its port; across it, it does not load the structure. At a port that turns it is
@@ -44,7 +38,7 @@ class Appendage(SlightChange):
         "frequency": Parameter("Hz", "its own, its support held fast", "log"),
         "damping_ratio": Parameter("1", "its own, its support held fast", "log"),
     }
-    valleys: ClassVar[int] = 7  # one at every frequency, and a slight one
+    valleys: ClassVar[int] = 7  # one at every frequency
     reference: ClassVar[str] = "Den Hartog 1934, Mechanical Vibrations"
     stage: ClassVar[int] = 2
 
@@ -101,21 +95,3 @@ class Appendage(SlightChange):
             for frequency in tuned
             for share in (0.01, 0.05)
         )
-
-    @classmethod
-    def light(cls, place: str, around: Surroundings) -> tuple[Self, ...]:
-        """Return very light ones at every frequency, lightly and well damped."""
-        return tuple(
-            cls(place, 1e-3 * around.mass, float(frequency), ratio)
-            for frequency in np.geomspace(*LIGHT_HZ, LIGHT_COUNT)
-            for ratio in (0.006, 0.04)
-        )
-
-    def reaction(self, rate: Array, step_s: float) -> Array:
-        """Return m times its acceleration, as the floor's acceleration drives it [N]."""
-        w = 2 * np.pi * self.frequency
-        damper, spring, c = 2 * self.damping_ratio * w * 2 / step_s, w**2, 4 / step_s**2
-        # (d s + w^2) / (s^2 + d s + w^2) with s = 2/T (z - 1)/(z + 1), Tustin
-        b = [damper + spring, 2 * spring, spring - damper]
-        a = [c + damper + spring, 2 * (spring - c), c - damper + spring]
-        return np.asarray(self.mass * signal.lfilter(b, a, np.gradient(rate, step_s)))

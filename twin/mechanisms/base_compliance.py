@@ -39,7 +39,6 @@ class BaseCompliance(StructuralChange):
     stage: ClassVar[int] = 0
     shifts_resonance: ClassVar[bool] = True
     valleys: ClassVar[int] = 8
-    steps: ClassVar[int] = 12  # a softer base is very nearly a softer storey
 
     stiffness: float = np.inf
     damping: float = 0.0

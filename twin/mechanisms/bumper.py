@@ -20,11 +20,6 @@ def law(drift: Any, rate: Any, memory: Any, time: Any, stiffness: Any, gap: Any)
     return stiffness * side * np.maximum(side * (drift - gap), 0.0)
 
 
-def corners(stiffness: Any, gap: Any) -> tuple[Any, ...]:
-    """Return the drift at which the stop is hit [m]."""
-    return (gap,)
-
-
 @dataclass(frozen=True)
 class Bumper(Law):
     """f = k max(d - gap, 0) for gap > 0, f = k min(d - gap, 0) for gap < 0.
@@ -47,7 +42,6 @@ class Bumper(Law):
     gap: float = 1.0
 
     law = staticmethod(law)
-    corners = staticmethod(corners)
 
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Add a tendon along the drift whose spring has a dead range up to the gap."""

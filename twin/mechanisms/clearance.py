@@ -22,11 +22,6 @@ def law(
     return stiffness * beyond - replaced * drift
 
 
-def corners(stiffness: Any, gap: Any, replaced: Any) -> tuple[Any, ...]:
-    """Return the drifts at which the slack is taken up [m]."""
-    return (-abs(gap), abs(gap))
-
-
 @dataclass(frozen=True)
 class Clearance(Law):
     """f = stiffness deadzone(d, gap) - replaced d, with deadzone(d, g) = d - clip(d, -g, g).
@@ -58,7 +53,6 @@ class Clearance(Law):
         return self._times(factor, "stiffness", "replaced")
 
     law = staticmethod(law)
-    corners = staticmethod(corners)
 
     def priors(self) -> dict[str, tuple[float, float]]:
         """It is most likely a part of the storey itself that has play.

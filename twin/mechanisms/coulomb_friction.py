@@ -45,7 +45,6 @@ class CoulombFriction(Law):
     fields_of: ClassVar = {"force": "sliding_force"}
     reference: ClassVar[str] = "Coulomb 1785; Marino and Cicirello 2023"
     abrupt: ClassVar[bool] = True
-    sticks: ClassVar[bool] = True
 
     sliding_force: float = 0.0
     regular_rate: float = 1e-4

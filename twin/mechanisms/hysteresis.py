@@ -97,7 +97,6 @@ class Hysteresis(Law):
     )
     memory: ClassVar[int] = 1
     valleys: ClassVar[int] = 2  # the drift at which it slips
-    approximate: ClassVar[bool] = True
     abrupt: ClassVar[bool] = True
     shares: ClassVar = {"replaced": ("stiffness", 1.0, 0.5)}  # most likely the storey's own part
 

@@ -69,8 +69,6 @@ class Mechanism(ABC):
     """Mechanisms of a lower stage edit first: masses and the base before what depends on them."""
     valleys: ClassVar[int] = 1
     """How many of its first guesses are worth following."""
-    steps: ClassVar[int] = 3
-    """How many Gauss-Newton steps each is followed for: more along curved ridges."""
     shifts_resonance: ClassVar[bool] = False
     """True where its own natural frequency changes with its strength."""
     prior: ClassVar[Mapping[str, tuple[float, float]]] = {}
@@ -153,21 +151,15 @@ class Law(Mechanism):
     Attributes of the class:
         memory: 1 where the law has an internal state, else 0.
         abrupt: True where the force has corners, so that an integration needs finer steps.
-        sticks: True for dry friction; its numbers: its force, the rate that ``law`` blurs it by.
-        approximate: True where native MuJoCo elements only come near the law.
     """
 
     memory: ClassVar[int] = 0
     abrupt: ClassVar[bool] = False
-    sticks: ClassVar[bool] = False
-    approximate: ClassVar[bool] = False
 
     law: ClassVar[Callable[..., Any]]
     """f(drift, rate, memory, time, *numbers), for numbers and for arrays that broadcast alike."""
     flow: ClassVar[Callable[..., Any] | None] = None
     """z(memory, before, after, *numbers): the internal state after a change of drift."""
-    corners: ClassVar[Callable[..., tuple[Any, ...]] | None] = None
-    """corners(*numbers): the drifts at which the force's slope jumps, where there are such."""
 
     @property
     def numbers(self) -> tuple[Any, ...]:
@@ -272,14 +264,6 @@ class ChannelFault(Mechanism):
     def undo(self, columns: Mapping[str, Array], rate_hz: float) -> dict[str, Array]:
         """Return the channels as a sound instrument would have recorded them."""
         return dict(columns)
-
-    def log_volume(self) -> float:
-        """Return log |d(undone)/d(recorded)| a sample, which a likelihood of outputs needs."""
-        return 0.0
-
-    def filter_hz(self) -> float | None:
-        """Return the corner of a first-order high-pass in the channel [Hz], if it is one."""
-        return None
 
     def limit(self) -> float | None:
         """Return the end of the channel's range, if it clips."""

@@ -120,12 +120,6 @@ class RestoringForce(Law):
 
     law = staticmethod(law)
 
-    @staticmethod
-    def corners(*numbers: Any) -> tuple[Any, ...]:
-        """Return the drifts at which the law bends [m]."""
-        reach = numbers[-3]
-        return (*(-k * reach for k in KNOTS), *(k * reach for k in KNOTS))
-
     def scaled(self, factor: float) -> Self:
         """Return the law with all its forces ``factor`` times as large."""
         return self._times(factor, *self.parameters)

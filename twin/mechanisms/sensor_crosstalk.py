@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import log
 from typing import ClassVar, Self
 
 import numpy as np
@@ -50,10 +49,6 @@ class SensorCrosstalk(ChannelFault):
     def undo(self, columns: Mapping[str, Array], rate_hz: float) -> dict[str, Array]:
         """Return the channels, taken apart."""
         return self._mixed(columns, np.asarray(np.linalg.inv(self._matrix()), float))
-
-    def log_volume(self) -> float:
-        """Return -log |1 - first second|."""
-        return -log(abs(1 - self.first * self.second))
 
     def instrument(self, rms: float) -> Instrument:
         """Return the mixture."""

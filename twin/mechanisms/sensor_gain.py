@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import log
 from typing import ClassVar, Self
 
 import numpy as np
@@ -42,10 +41,6 @@ class SensorGain(ChannelFault):
     def undo(self, columns: Mapping[str, Array], rate_hz: float) -> dict[str, Array]:
         """Return the channels without the gain."""
         return self._change(columns, lambda x: x / self.gain)
-
-    def log_volume(self) -> float:
-        """Return -log gain."""
-        return -log(abs(self.gain))
 
     def instrument(self, rms: float) -> Instrument:
         """Return the gain."""

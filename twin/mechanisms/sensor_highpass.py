@@ -40,10 +40,6 @@ class SensorHighpass(ChannelFault):
         b, a = [1 / (1 + half), -1 / (1 + half)], [1.0, (half - 1) / (half + 1)]
         return self._change(columns, lambda x: np.asarray(lfilter(b, a, x)))
 
-    def filter_hz(self) -> float:
-        """Return the corner."""
-        return self.corner
-
     def instrument(self, rms: float) -> Instrument:
         """Return the low-passed part, which is taken off, as its state."""
         w = 2 * pi * self.corner

@@ -1,0 +1,58 @@
+"""A channel that is late is read as it was, whatever the inputs do between samples."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from diagnosis_support import lumped, recorded
+
+from twin.diagnosis.mending import mended
+from twin.diagnosis.prepare import prepare
+from twin.mechanisms.clock import Clock
+from twin.mechanisms.sensor_delay import SensorDelay
+from twin.model.free_run import free_run
+
+FINER, MARGIN = 32, 60
+
+
+@pytest.fixture(scope="module")
+def straight():
+    """A problem with inputs that are straight between samples, and its outputs on a finer grid."""
+    problem = prepare(lumped(), [recorded(lumped(), 1)], [recorded(lumped(), 2)]).train
+    samples = 1500
+    u = np.zeros((samples, len(problem.model.inputs)))
+    u[:, 0] = np.random.default_rng(4).standard_normal(samples)
+    times = np.arange(samples * FINER) / FINER
+    fine = np.column_stack([np.interp(times, np.arange(samples), x) for x in u.T])
+    return (
+        replace(problem, between="linear"),
+        u,
+        free_run(problem.model, fine, FINER * problem.sampling_hz),
+    )
+
+
+def recording_of(problem, u, y):
+    return replace(problem, recordings=(replace(problem.recordings[0], u=u, y=y),))
+
+
+@pytest.mark.parametrize("late", [5, 37, -11])
+def test_a_late_channel_is_shifted_with_its_corners(straight, late):
+    problem, u, fine = straight
+    true = fine[::FINER]
+    column = problem.model.outputs.index("acc_floor2")
+    y = true.copy()
+    y[:, column] = np.roll(fine[:, column], late)[::FINER]
+    fault = SensorDelay("acc_floor2", late / FINER / problem.sampling_hz)
+    errors = []
+    for between in ("linear", "band_limited"):
+        told = replace(recording_of(problem, u, y), between=between)
+        (trial,) = mended(told, [fault])
+        error = (trial.y - true)[MARGIN:-MARGIN]
+        errors.append(np.max(np.abs(error)) / np.std(true[:, column]))
+    assert errors[0] < 2e-3
+    assert errors[1] > 20 * errors[0]
+
+
+def test_a_clock_gains_with_the_time():
+    clock = Clock("acc_floor2", 1e-3)
+    assert clock.moment(np.array([0.0, 10.0])) == pytest.approx([0.0, 10.01])

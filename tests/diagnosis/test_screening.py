@@ -1,0 +1,101 @@
+"""The shortlist: what is screened once, what is raced, and what several channels have at once."""
+
+import numpy as np
+import pytest
+from diagnosis_support import lumped, recorded, rng, tones
+
+from twin.diagnosis.beginning import added, moved_to, start_of
+from twin.diagnosis.candidates import Candidate, priors_of
+from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.pipeline import diagnose
+from twin.diagnosis.prepare import prepare
+from twin.diagnosis.screening import directions_of, nearest
+from twin.diagnosis.valleys import of_valleys
+from twin.estimation.fit import fit
+from twin.mechanisms.appendage import Appendage
+from twin.mechanisms.base_compliance import BaseCompliance
+from twin.mechanisms.sensor_delay import SensorDelay
+from twin.mechanisms.sensor_gain import SensorGain
+from twin.mechanisms.sensor_highpass import SensorHighpass
+from twin.mechanisms.stiffness import Stiffness
+from twin.recording import Recording
+
+
+def test_guesses_that_differ_in_strength_only_are_one_direction():
+    starts = [Stiffness("storey1", x) for x in (-4.0, -1.0, 1.0, 4.0)]
+    ((first, alike),) = directions_of(starts)
+    assert first == starts[0]
+    assert [ratio for _, ratio in alike] == pytest.approx([1.0, 0.25, -0.25, -1.0])
+    ((_, gains),) = directions_of([SensorGain("acc", 0.9), SensorGain("acc", 1.2)])
+    assert [g.scaled(1).gain for g, _ in gains] == [0.9, 1.2]
+    assert gains[1][1] == pytest.approx(np.log(1.2) / np.log(0.9))
+
+
+def test_guesses_of_another_frequency_are_another_direction():
+    starts = [Appendage("floor1", m, f, 0.03) for f in (2.0, 5.0) for m in (0.1, 0.2)]
+    assert [len(alike) for _, alike in directions_of(starts)] == [2, 2]
+    corners = [SensorHighpass("acc", f) for f in (0.1, 0.4)]
+    directions = directions_of(corners)
+    for first, alike in directions:
+        for start, ratio in alike:
+            assert first.scaled(ratio).values == pytest.approx(start.values)
+
+
+def test_of_guesses_that_are_only_stronger_the_one_that_is_told_is_followed():
+    masses = [Appendage("floor1", m, 5.0, 0.03) for m in (0.1, 0.5)]
+    ((first, alike),) = directions_of(masses)
+    assert nearest(alike, 0.8) == [first]
+    assert nearest(alike, 7.0) == [masses[1]]
+    assert nearest(alike, -3.0) == [first]
+    delays = [SensorDelay("acc", d) for d in (-1e-3, 1e-3, 5e-3)]
+    ((_, either),) = directions_of(delays)
+    assert nearest(either, 2.0) == delays
+
+
+def test_a_base_that_resonates_is_told_from_a_light_appendage():
+    soft = lumped().including(BaseCompliance("ground", 7000.0, 3.0, 3.0, 3.0))
+    found = diagnose(lumped(), [recorded(soft, 1)], [recorded(soft, 2)])
+    first = found.findings[0]
+    assert (first.mechanism.name, first.location) == ("base_compliance", "ground")
+    assert not [f for f in found.findings if f.mechanism.name == "appendage"]
+
+
+def test_hum_on_all_channels_is_hum_on_all_channels():
+    def humming(seed):
+        r = recorded(lumped(), seed)
+        columns = {n: r.column(n) for n in r.names}
+        time = np.arange(r.samples) / r.sampling_hz
+        for k, name in enumerate(("acc_floor1", "acc_floor2")):
+            level = 0.05 * np.std(columns[name]) * np.sqrt(2)
+            columns[name] = columns[name] + level * np.sin(2 * np.pi * 50.0 * time + k)
+        return Recording.build(r.sampling_hz, columns, r.source)
+
+    found = diagnose(lumped(), [humming(1)], [humming(2)])
+    assert found.verdict == "measurement"
+    assert {(f.mechanism.name, f.location) for f in found.findings} == {
+        ("sensor_hum", "acc_floor1"),
+        ("sensor_hum", "acc_floor2"),
+    }
+
+
+def test_a_race_on_the_first_seconds_promises_no_more_than_all_samples_bring():
+    hung = lumped().including(Appendage("floor1", 0.05, 5.0, 0.03))
+    fine, rate, samples = 8, 128.0, 4096
+    force = tones(samples * fine, rate * fine, 1, 0.3)
+    force[2 * int(rate) * fine :] = 0.0  # what follows is noise
+    moved = hung.simulate({"force_floor2": force}, rate * fine, len(force)).columns
+    columns = {"force_floor2": force[::fine]}
+    for floor in ("floor1", "floor2"):
+        clean = moved[f"acc_{floor}"][::fine]
+        columns[f"acc_{floor}"] = clean + 2e-3 * rng(2).standard_normal(samples)
+    blow = Recording.build(rate, columns, "blow.csv")
+    problem = prepare(lumped(), [blow], [recorded(lumped(), 3)]).train
+    blank = Hypothesis(problem)
+    calibrated = fit(blank, start_of(blank))
+    starts = tuple(Appendage("floor1", 0.04, f, 0.03) for f in (4.5, 5.2))
+    hanging = Candidate(starts, priors_of(starts))
+    (score,) = of_valleys(calibrated, blank, [hanging])
+    grown = added(blank, hanging, score.start)
+    brought = fit(grown, moved_to(grown, blank, calibrated.z, score.start))
+    gain = brought.log_posterior - calibrated.log_posterior
+    assert 0.3 * gain < score.gain <= gain + 1.0

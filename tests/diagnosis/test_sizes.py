@@ -1,0 +1,135 @@
+"""How large an effect is, beside what is left without a name."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from diagnosis_support import lumped, recorded
+
+from twin.diagnosis.candidates import motions, scales_of
+from twin.diagnosis.hypothesis import DISCREPANCY_SHARE, Hypothesis
+from twin.diagnosis.predict import stages
+from twin.diagnosis.prepare import prepare
+from twin.diagnosis.sizes import forces, negligible
+from twin.estimation.fit import fit
+from twin.mechanisms.coulomb_friction import CoulombFriction
+from twin.mechanisms.cubic_stiffness import CubicStiffness
+from twin.mechanisms.damping import Damping
+from twin.mechanisms.sensor_gain import SensorGain
+from twin.mechanisms.sensor_unexplained import SensorUnexplained
+from twin.mechanisms.stiffness import Stiffness
+from twin.mechanisms.unmeasured_force import UnmeasuredForce
+
+
+@pytest.fixture(scope="module")
+def problem():
+    ready = prepare(lumped(), [recorded(lumped(), 1)], [recorded(lumped(), 2)])
+    return ready.train
+
+
+def hypothesis(problem, *mechanisms):
+    blank = Hypothesis(problem)
+    moved = motions(problem, blank, np.zeros(len(blank.unknowns)))
+    priors = []
+    for m in mechanisms:
+        own = {}
+        for name, parameter in m.parameters.items():
+            value = m.values[name]
+            own[name] = (np.log(abs(value)), 0.1) if parameter.scale == "log" else (value, 1.0)
+        priors.append(own)
+    return replace(blank, mechanisms=mechanisms, priors=tuple(priors),
+                   scales=scales_of(problem, moved))  # fmt: skip
+
+
+def is_negligible(h, found):
+    beside = stages(h, found.z)
+    return negligible(h, found, beside, forces(h, found.z, beside))
+
+
+def sizes(problem, *mechanisms):
+    h = hypothesis(problem, *mechanisms)
+    z = np.zeros(len(h.unknowns))
+    return forces(h, z, stages(h, z))
+
+
+def test_the_force_of_a_spring_is_its_stiffness_times_the_motion(problem):
+    h = hypothesis(problem, Stiffness("storey2", 5.0))
+    z = np.zeros(len(h.unknowns))
+    beside = stages(h, z)
+    row = problem.model.port("storey2")
+    drift = beside[0].followed.x[:, : len(row)] @ row
+    expected = 5.0 * np.linalg.norm(row) * np.sqrt(np.mean(drift**2))
+    assert forces(h, z, beside)[0] == pytest.approx(expected)
+
+
+def test_an_effect_twice_as_strong_is_twice_as_large(problem):
+    for weak, strong in (
+        (Stiffness("storey1", 1.0), Stiffness("storey1", 2.0)),
+        (Damping("storey1", 0.01), Damping("storey1", 0.02)),
+        (SensorGain("force_floor2", 1.01), SensorGain("force_floor2", 1.02)),
+    ):
+        one, two = sizes(problem, weak)[0], sizes(problem, strong)[0]
+        assert two == pytest.approx(2 * one, rel=0.05), weak.name
+
+
+def test_beside_a_law_a_hundredth_of_it_is_negligible_and_a_tenth_is_not(problem):
+    problem = replace(problem, damping_tolerance=1e-6)
+    law = CubicStiffness("storey2", 1e6)
+    size, damper = sizes(problem, law, Damping("storey1", 0.01))
+    for share, small in ((0.5 * DISCREPANCY_SHARE, True), (10 * DISCREPANCY_SHARE, False)):
+        change = 0.01 * share * size / damper
+        h = hypothesis(problem, law, Damping("storey1", change))
+        found = fit(h, most=1, free=np.zeros(len(h.unknowns), bool))
+        level = {u.name: u for u in h.unknowns}["discrepancy storey2"]
+        quiet = replace(found, z=np.where([u is level for u in h.unknowns], -3.0, found.z))
+        assert is_negligible(h, quiet) == [False, small]
+
+
+def test_a_damping_within_the_tolerance_of_the_structures_is_negligible(problem):
+    own = float(np.sum(np.diag(problem.model.R)))
+    for change, small in ((1e-3 * own, True), (10 * own, False)):
+        h = hypothesis(problem, Damping("storey1", change))
+        found = fit(h, most=1, free=np.zeros(len(h.unknowns), bool))
+        assert is_negligible(h, found) == [small]
+        sure = replace(h, problem=replace(problem, damping_tolerance=1e-6))
+        assert is_negligible(sure, found) == [False]
+
+
+def test_without_a_law_a_weak_spring_is_not_negligible(problem):
+    h = hypothesis(problem, Stiffness("storey1", 1e-6))
+    found = fit(h, most=1, free=np.zeros(len(h.unknowns), bool))
+    assert is_negligible(h, found) == [False]
+
+
+def test_an_instrument_is_as_good_as_its_calibration(problem):
+    for gain, small in ((1.004, True), (0.996, True), (1.006, False)):
+        for channel in ("acc_floor1", "force_floor2"):
+            h = hypothesis(problem, SensorGain(channel, gain))
+            found = fit(h, most=1, free=np.zeros(len(h.unknowns), bool))
+            assert is_negligible(h, found) == [small], (gain, channel)
+
+
+def test_an_error_added_to_a_channel_is_measured_by_its_reading(problem):
+    level = problem.readings["acc_floor2"]
+    for share, small in ((0.004, True), (0.006, False)):
+        h = hypothesis(problem, SensorUnexplained("acc_floor2", share * level, 1.0))
+        found = fit(h, most=1, free=np.zeros(len(h.unknowns), bool))
+        assert is_negligible(h, found) == [small]
+
+
+def test_beside_an_unmeasured_force_what_its_spectrum_may_hide_is_negligible(problem):
+    force = UnmeasuredForce("floor1", 0.02, 7.0, 5.0)
+    size, spring = sizes(problem, force, Stiffness("storey2", 1.0))
+    for share, small in ((0.3, True), (0.6, False)):
+        h = hypothesis(problem, force, Stiffness("storey2", share * size / spring))
+        found = fit(h, most=1, free=np.zeros(len(h.unknowns), bool))
+        assert is_negligible(h, found) == [False, small]
+
+
+def test_a_channel_that_sees_a_law_jump_is_no_better_than_its_discrepancy(problem):
+    for gain, small in ((1.0005, True), (1.2, False)):
+        h = hypothesis(
+            problem, CoulombFriction("storey2", 0.02, 1e-4), SensorGain("acc_floor2", gain)
+        )
+        found = fit(h, most=1, free=np.zeros(len(h.unknowns), bool))
+        assert is_negligible(h, found)[1] is small

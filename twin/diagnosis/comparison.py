@@ -1,0 +1,121 @@
+"""The three twins beside the recordings: nominal, calibrated and explained."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.diagnosis.exported import in_mujoco, twin_of
+from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.predict import Stage, noise_floors, nrmse, placed, stages
+from twin.diagnosis.prepare import Prepared
+from twin.diagnosis.result import Errors, Fits, Trace
+from twin.diagnosis.search import Explanation
+from twin.model import Twin
+
+Array = NDArray[np.float64]
+
+SAME = 0.1
+"""Difference between MuJoCo's motion and the engine's, in noise levels, that is not worth a word:
+it adds half a per cent to the variance."""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What the twins predict.
+
+    Attributes:
+        fit, fit_ahead: errors of free runs and two seconds ahead.
+        traces: every recording beside its predictions.
+        twins: "nominal", "calibrated", "explained" in MuJoCo.
+        notes: where MuJoCo's motion of the exported twin is another one.
+    """
+
+    fit: Fits
+    fit_ahead: Fits
+    traces: tuple[Trace, ...]
+    twins: Mapping[str, Twin]
+    notes: tuple[str, ...]
+
+
+def compare(
+    ready: Prepared, nothing: Explanation, calibrated: Explanation, best: Explanation, seed: int
+) -> Comparison:
+    """Lay the three twins beside all recordings.
+
+    Args:
+        ready: the recordings.
+        nothing: the calibrated twin within its tolerances.
+        calibrated: the best twin without new physics.
+        best: the best explanation.
+        seed: of the draws for the noise floors.
+    """
+    base = len(nothing.hypothesis.problem.base_unknowns)
+    nominal = np.concatenate([np.zeros(base), nothing.fit.z[base:]])
+    models: dict[str, tuple[Hypothesis, Array]] = {
+        "nominal": (nothing.hypothesis, nominal),
+        "calibrated": (calibrated.hypothesis, calibrated.fit.z),
+        "explained": (best.hypothesis, best.fit.z),
+    }
+    twins = {name: twin_of(ready.twin, *model) for name, model in models.items()}
+    fit, ahead, traces, notes = {}, {}, [], []
+    for role, problem in (("train", ready.train), ("test", ready.test)):
+        beside: dict[str, list[Stage]] = {}
+        for name, (hypothesis, z) in models.items():
+            if role == "test":
+                hypothesis, z = placed(hypothesis, z, problem)
+            beside[name] = stages(hypothesis, z)
+        runs = {name: [s.free() for s in each] for name, each in beside.items()}
+        windows = {name: [s.ahead() for s in each] for name, each in beside.items()}
+        measured = [r.y for r in problem.recordings]
+        floors = noise_floors(beside["explained"], seed)
+        fit[role] = _errors(measured, runs, floors[0])
+        ahead[role] = _errors(measured, windows, floors[1])
+        for number, recording in enumerate(problem.recordings):
+            traces.append(
+                Trace(
+                    recording.name, role, problem.sampling_hz,  # type: ignore[arg-type]
+                    problem.model.inputs, problem.model.outputs, recording.u, recording.y,
+                    runs["nominal"][number], runs["calibrated"][number], runs["explained"][number],
+                    windows["explained"][number],
+                )
+            )  # fmt: skip
+        if role == "test":
+            notes += _in_mujoco(twins["explained"], beside["explained"], best, ready)
+    return Comparison(
+        Fits(fit["train"], fit["test"]), Fits(ahead["train"], ahead["test"]), tuple(traces),
+        twins, tuple(notes),
+    )  # fmt: skip
+
+
+def _errors(
+    measured: Sequence[Array], outputs: Mapping[str, Sequence[Array]], floor: float
+) -> Errors:
+    each = {name: nrmse(measured, values) for name, values in outputs.items()}
+    return Errors(each["nominal"], each["calibrated"], each["explained"], floor)
+
+
+def _in_mujoco(
+    twin: Twin, beside: Sequence[Stage], best: Explanation, ready: Prepared
+) -> list[str]:
+    """Simulate the exported twin from rest and say where its motion is another than predicted."""
+    problem = best.hypothesis.problem
+    out, own, noise, measured = [], [], [], []
+    for stage, recording in zip(beside, ready.test.recordings, strict=True):
+        out.append(in_mujoco(twin, problem, recording))
+        own.append(stage.from_rest())
+        noise.append(np.broadcast_to(stage.noise.output, recording.y.shape))
+        measured.append(recording.y)
+    difference = nrmse(out, own) if all(np.all(np.isfinite(o)) for o in out) else np.inf
+    level = nrmse(measured, [y - n for y, n in zip(measured, noise, strict=True)])
+    if difference <= SAME * level:
+        return []
+    there = nrmse(measured, out)
+    return [
+        f"from rest MuJoCo's motion of the exported twin differs from the predicted one by "
+        f"{difference:.3g} of RMS; its error on the test recordings is {there:.3g}, that of the "
+        f"engine's own equations {nrmse(measured, own):.3g}"
+    ]

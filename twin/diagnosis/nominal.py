@@ -1,0 +1,123 @@
+"""The nominal twin before any diagnosis: what it holds beyond linear equations, and MuJoCo's check.
+
+What a user's own model already holds is part of every hypothesis, with the model's values; where
+those are off, the search finds the difference, and the exported twin holds the sum.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.diagnosis.problem import Measured, Problem
+from twin.diagnosis.scales import Scales
+from twin.errors import ModelError
+from twin.mechanisms.held import held
+from twin.mechanisms.mechanism import Law
+from twin.mechanisms.rollout import rollout
+from twin.model import Twin
+from twin.model.amplitudes import Effect, effects
+from twin.model.contents import nonlinear_elements
+from twin.model.free_run import free_run
+from twin.model.self_check import NOTED, self_check
+
+Array = NDArray[np.float64]
+
+LEAST = 1e-4
+"""Share of an output's RMS below which no element's effect is worth having: rounding and steps."""
+
+LONGEST = 1024
+"""Samples of the loudest recording that MuJoCo is asked about."""
+
+ANOTHER = 0.2
+"""Difference between MuJoCo's motion and the equations', as a share of its RMS, at which they are
+another model; what is less and still seen is a note."""
+
+
+def with_known(twin: Twin, problem: Problem) -> tuple[Problem, tuple[str, ...]]:
+    """Return the problem with what the model holds beyond linear equations, and notes about it.
+
+    Raises:
+        ModelError: an element that matters and that the vocabulary does not have.
+    """
+    elements = nonlinear_elements(twin.compile())
+    if not elements:
+        return problem, ()
+    largest: dict[int, Effect] = {}
+    for recording in problem.recordings:
+        for effect in effects(problem.model, elements, recording.u, problem.sampling_hz):
+            key = elements.index(effect.element)
+            if key not in largest or effect.share > largest[key].share:
+                largest[key] = effect
+    found = held(list(largest.values()), max(NOTED * _noise(problem), LEAST), twin.source)
+    scales = {}
+    for mechanism in found.mechanisms:
+        if isinstance(mechanism, Law):
+            scales[mechanism.place] = _scale(problem, mechanism)
+    known = replace(problem, known=found.mechanisms, known_scales=Scales(scales))
+    return known, found.notes
+
+
+def checked(twin: Twin, problem: Problem) -> tuple[str, ...]:
+    """Lay MuJoCo's motion beside the equations' in the loudest recording; return notes.
+
+    Raises:
+        ModelError: they are another model; the message names the element, joint or mode.
+    """
+    model, rate = problem.model, problem.sampling_hz
+    loudest = max(problem.recordings, key=lambda r: _size(r.y))
+    first = _loudest_stretch(loudest.y)
+    u = loudest.u[first : first + LONGEST]
+    inputs = dict(zip(model.inputs, u.T, strict=True))
+    predicted = rollout(model, problem.known, inputs, rate) if problem.known else None
+    size = {n: float(s) for n, s in zip(model.outputs, _levels(loudest), strict=True)}
+    check = self_check(twin, inputs, model.outputs, rate, noise=size, predicted=predicted)
+    if check.differences[check.worst] > ANOTHER:
+        raise ModelError(f"{twin.source}: {check}")
+    if check.of_noise[check.worst] > NOTED:
+        return (f"{loudest.name}: {check}",)
+    return ()
+
+
+def _levels(recording: Measured) -> Array:
+    """Return the noise of each output; where none was seen, a hundredth of the output."""
+    rms = np.sqrt(np.nanmean(recording.y**2, axis=0))
+    return np.asarray(np.where(recording.output_noise > 0, recording.output_noise, 0.01 * rms))
+
+
+def _noise(problem: Problem) -> float:
+    """Return the least noise of any output as a share of its RMS."""
+    shares = [
+        _levels(r) / np.maximum(np.sqrt(np.nanmean(r.y**2, axis=0)), 1e-300)
+        for r in problem.recordings
+    ]
+    return float(np.min(shares))
+
+
+def _size(y: Array) -> float:
+    return float(np.sqrt(np.nanmean(y**2)))
+
+
+def _loudest_stretch(y: Array) -> int:
+    """Return where the stretch of ``LONGEST`` samples begins that has the most power."""
+    power = np.nan_to_num(y / np.maximum(np.nanstd(y, axis=0), 1e-300)) ** 2
+    total = np.concatenate([[0.0], np.cumsum(power.sum(axis=1))])
+    if len(y) <= LONGEST:
+        return 0
+    return int(np.argmax(total[LONGEST:] - total[:-LONGEST]))
+
+
+def _scale(problem: Problem, law: Law) -> tuple[float, float, float]:
+    """Return RMS force, displacement and rate of a law in the linear motion."""
+    row = problem.model.port(law.place)
+    seen = problem.model.seeing(np.vstack([row, 0 * row]), np.vstack([0 * row, row]))
+    moved = np.vstack([free_run(seen, r.u, problem.sampling_hz) for r in problem.recordings])
+    drift, rate = moved.T
+    force = law.force(drift, rate, np.zeros_like(drift), 0.0)
+    return _rms(force), _rms(drift), _rms(rate)
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))

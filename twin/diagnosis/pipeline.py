@@ -1,0 +1,186 @@
+"""The whole diagnosis from top to bottom: prepare, search, judge, predict, say what to do next."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.diagnosis.between import BETWEEN, choose
+from twin.diagnosis.comparison import compare
+from twin.diagnosis.detection import detect
+from twin.diagnosis.exported import base_mechanisms
+from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.next_test import next_test
+from twin.diagnosis.offer import offer
+from twin.diagnosis.pictures import force_pictures
+from twin.diagnosis.predict import stages
+from twin.diagnosis.prepare import DAMPING_TOLERANCE, TOLERANCE, UNKNOWN, Prepared, prepare
+from twin.diagnosis.problem import Problem
+from twin.diagnosis.result import Diagnosis, Finding
+from twin.diagnosis.search import Explanation, Found, search
+from twin.diagnosis.valleys import Score
+from twin.diagnosis.verdict import Judgement, judge
+from twin.estimation.fit import fit
+from twin.mechanisms.mass import Mass
+from twin.mechanisms.stiffness import Stiffness
+from twin.model import Twin
+from twin.recording import Recording
+
+Array = NDArray[np.float64]
+
+LOOSE = 50.0
+"""How much wider tolerances are for the best twin without new physics: half of what is there."""
+
+
+@dataclass
+class _Clock:
+    """Tells what is being done and for how long, and keeps how long each step took."""
+
+    tell: Callable[[str], None]
+    steps: dict[str, float] = field(default_factory=dict)
+    began: float = field(default_factory=time.perf_counter)
+    current: str = ""
+    since: float = 0.0
+
+    def __call__(self, step: str) -> None:
+        self.stop()
+        self.current, self.since = step, time.perf_counter()
+        self.tell(f"{step} ({self.seconds:.0f} s)")
+
+    @property
+    def seconds(self) -> float:
+        return time.perf_counter() - self.began
+
+    def stop(self) -> None:
+        if self.current:
+            spent = time.perf_counter() - self.since
+            self.steps[self.current] = self.steps.get(self.current, 0.0) + spent
+        self.current = ""
+
+
+def diagnose(
+    twin: Twin,
+    train: Sequence[Recording],
+    test: Sequence[Recording],
+    tolerance: float | None = None,
+    damping_tolerance: float | None = None,
+    added_mass: Mapping[str, Mapping[str, float]] | None = None,
+    unknown: bool = False,
+    seed: int = 0,
+    tell: Callable[[str], None] = lambda message: None,
+) -> Diagnosis:
+    """Say where recordings and twin differ, what physics was left out, and give the twin with it.
+
+    Args:
+        twin: the model as it stands.
+        train: recordings to explain.
+        test: recordings on which the result is shown; nothing before that reads them.
+        tolerance: prior deviation of masses and stiffnesses about the model's, as a share; 0.4 %
+            where nothing is said.
+        damping_tolerance: the same for the dampings; 10 %.
+        added_mass: source of a recording -> place -> mass bolted on for it [kg].
+        unknown: the model's numbers are not known: any of them may be off by a factor of three.
+        seed: of the draws for the noise floor.
+        tell: is told each step.
+
+    Raises:
+        RecordingError: recordings that cannot be used (``prepare``).
+        ModelError: a model that cannot be.
+    """
+    clock = _Clock(tell)
+    clock("reading the model")
+    least = UNKNOWN if unknown else 0.0
+    ready = prepare(
+        twin, train, test,
+        max(TOLERANCE if tolerance is None else tolerance, least),
+        max(DAMPING_TOLERANCE if damping_tolerance is None else damping_tolerance, least),
+        added_mass,
+    )  # fmt: skip
+    clock("calibrating the twin")
+    problem, start = choose(ready.train)
+    found = search(problem, offer(problem, ready.kinds), clock, start)
+    problem = found.best.hypothesis.problem
+    clock("judging the explanations")
+    beside = stages(found.best.hypothesis, found.best.fit.z)
+    judged = judge(found, beside, ready.faults)
+    calibrated = _calibrated(found)
+    detection = detect(found.nothing)
+    clock("predicting the recordings")
+    compared = compare(ready, found.nothing, calibrated, found.best, seed)
+    clock("drawing the missing force")
+    scores = found.screened[0] if found.screened else ()
+    where = _where(scores, problem)
+    guilty = [f.location for f in judged.findings if f.location in problem.model.ports]
+    ranked = sorted(where, key=lambda place: -where[place])
+    pictures = force_pictures(found.best, found.motion, [*guilty, *ranked], judged.findings)
+    clock.stop()
+    return Diagnosis(
+        judged.verdict,
+        judged.findings,
+        judged.alternatives,
+        _calibration(calibrated),
+        compared.fit,
+        compared.fit_ahead,
+        where,
+        detection,
+        tuple((*s.candidate.label, s.gain) for s in scores),
+        pictures,
+        compared.traces,
+        compared.twins["nominal"],
+        compared.twins["calibrated"],
+        compared.twins["explained"],
+        next_experiment=next_test(found, ready.twin.source, seed),
+        negligible=judged.negligible,
+        notes=_notes(ready, problem, judged) + compared.notes,
+        seconds=clock.seconds,
+        steps=dict(clock.steps),
+    )
+
+
+def _calibrated(found: Found) -> Explanation:
+    """Return the best twin without new physics: its own parameters, freed from tolerances."""
+    if all(m.verdict == "parameter" for m in found.best.hypothesis.mechanisms):
+        return found.best
+    own = found.nothing.hypothesis.problem
+    free = Hypothesis(
+        replace(own, tolerance=min(LOOSE * own.tolerance, UNKNOWN),
+                damping_tolerance=min(LOOSE * own.damping_tolerance, UNKNOWN))
+    )  # fmt: skip
+    z = found.nothing.fit.z.copy()
+    count = len(own.base_unknowns)
+    z[:count] *= np.array([own.tolerance / free.problem.tolerance] * count)
+    loose = fit(free, z)
+    return Explanation(free, loose, loose.log_evidence)
+
+
+def _calibration(calibrated: Explanation) -> tuple[Finding, ...]:
+    """Return the deviations of the calibrated twin's parameters from the nominal ones."""
+    problem = calibrated.hypothesis.problem
+    spread = calibrated.fit.deviations
+    out = []
+    for mechanism in base_mechanisms(problem, calibrated.fit.z):
+        known = {}
+        if isinstance(mechanism, Stiffness | Mass):
+            known["change"] = spread[f"{mechanism.name} {mechanism.place}"]
+        out.append(Finding(mechanism, known, 1.0))
+    return tuple(out)
+
+
+def _where(scores: Sequence[Score], problem: Problem) -> dict[str, float]:
+    """Return the greatest gain that the screening promised at each port."""
+    out: dict[str, float] = {}
+    for score in scores:
+        place = score.candidate.label[1]
+        if place in problem.model.ports:
+            out[place] = max(out.get(place, 0.0), score.gain)
+    return out
+
+
+def _notes(ready: Prepared, problem: Problem, judged: Judgement) -> tuple[str, ...]:
+    lacking = [f"{f.mechanism.name}: {f.mechanism.mjcf}" for f in judged.findings
+               if f.mechanism.mjcf]  # fmt: skip
+    return (*ready.notes, BETWEEN[problem.between], *lacking, *judged.notes)

@@ -1,0 +1,289 @@
+"""The estimation problem: a nominal twin, recordings of it, and how well both are known."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.arrays import frozen
+from twin.diagnosis.scales import Scales
+from twin.diagnosis.straight import hold_error, noise_gain, prefiltered, well_damped
+from twin.estimation.model import Trial, Unknown
+from twin.mechanisms.mechanism import Mechanism
+from twin.model.linear import LinearModel
+from twin.model.port import Body
+
+Array = NDArray[np.float64]
+Between = Literal["band_limited", "linear", "held"]
+
+NOISE_DEVIATION = 0.7
+"""Prior deviation of a noise level's logarithm about what the channel's own samples say: a factor
+of two either way."""
+
+PROCESS_SHARE, PROCESS_DEVIATION = 1e-3, 2.0
+"""Prior of the process noise: a thousandth of the inertia forces, give or take a factor of seven;
+a linear structure and its analyser agree to about that."""
+
+EDGE = 16
+"""Samples at the end of a recording that are left out: a channel that is late ends before its
+recording does, by at most an eighth of a period of the band and as much for the filters."""
+
+TELLABLE = 1e-6
+"""A stiffness pattern counts as another one where this share of it is not a sum of those before."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """One recording laid beside the twin.
+
+    Attributes:
+        name: the file it came from.
+        u: measured inputs in the model's order, zero where not recorded, (samples, r).
+        y: measured outputs in the model's order; NaN where a sample is left out, (samples, m).
+        input_noise, output_noise: standard deviations that the samples themselves show, (r,), (m,).
+        added_mass: body -> mass bolted on for this recording [kg].
+    """
+
+    name: str
+    u: Array
+    y: Array
+    input_noise: Array
+    output_noise: Array
+    added_mass: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name in ("u", "y", "input_noise", "output_noise"):
+            object.__setattr__(self, name, frozen(getattr(self, name), float))
+
+    @cached_property
+    def driven(self) -> NDArray[np.bool_]:
+        """Which inputs are not zero throughout, (r,)."""
+        return np.any(self.u, axis=0)
+
+
+@dataclass(frozen=True)
+class Motion:
+    """An estimate of how the structure moved in one recording: q and its rates, (samples, n)."""
+
+    q: Array
+    v: Array
+    a: Array
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What is known before any hypothesis.
+
+    Attributes:
+        model: the nominal twin, its inputs and outputs those of the recordings.
+        recordings: of one sampling rate.
+        sampling_hz: samples per second.
+        tolerance: prior deviation of stiffnesses and masses, as a share.
+        damping_tolerance: the same of modal dampings.
+        between: what the inputs do between samples.
+        scale: RMS of the modal displacements of each recording, (recordings, n); the state before
+            the first sample is taken as of that size.
+        known: mechanisms that the model itself holds, with its values: part of every hypothesis.
+        known_scales: of force, displacement and rate at their ports.
+    """
+
+    model: LinearModel
+    recordings: tuple[Measured, ...]
+    sampling_hz: float
+    tolerance: float
+    damping_tolerance: float
+    between: Between
+    scale: Array
+    known: tuple[Mechanism, ...] = ()
+    known_scales: Scales | None = None
+
+    @property
+    def step_s(self) -> float:
+        """Sampling interval [s]."""
+        return 1 / self.sampling_hz
+
+    @property
+    def samples(self) -> int:
+        """Samples of all recordings."""
+        return sum(len(r.y) for r in self.recordings)
+
+    @property
+    def held(self) -> NDArray[np.bool_]:
+        """Which inputs are held from sample to sample, (r,)."""
+        return np.full(len(self.model.inputs), self.between == "held")
+
+    @cached_property
+    def trials(self) -> tuple[Trial, ...]:
+        """The recordings as the likelihood sees them."""
+        return tuple(self.trial(r.u, r.y) for r in self.recordings)
+
+    def trial(self, u: Array, y: Array) -> Trial:
+        """Return samples as the likelihood sees them: inputs (samples, r), outputs (samples, m)."""
+        known = np.array(y)
+        known[len(y) - EDGE :] = np.nan
+        if self.between != "band_limited":
+            return Trial(u, u, known, self.step_s)
+        # to first order what the lines miss is what the nominal twin misses
+        known -= hold_error(self.model, u, self.step_s)
+        return Trial(u, prefiltered(u), known, self.step_s)
+
+    @cached_property
+    def feedthrough(self) -> Array:
+        """What the inputs do to the outputs at once, (m, r)."""
+        model = self.model
+        return np.asarray(model.Cu + model.Ca @ np.linalg.solve(model.M, model.B))
+
+    @cached_property
+    def readings(self) -> Mapping[str, float]:
+        """RMS of every output over all recordings, by name."""
+        every = np.vstack([r.y for r in self.recordings])
+        levels = np.sqrt(np.nanmean(every**2, axis=0))
+        return dict(zip(self.model.outputs, levels.tolist(), strict=True))
+
+    @cached_property
+    def frequencies(self) -> Array:
+        """Natural frequencies of the nominal coordinates [Hz], (n,)."""
+        values = np.linalg.eigvals(np.linalg.solve(self.model.M, self.model.K))
+        return np.asarray(np.sqrt(np.maximum(np.sort(values.real), 0)) / (2 * np.pi))
+
+    @cached_property
+    def stiffnesses(self) -> tuple[tuple[str, Array, float], ...]:
+        """Ports whose stiffness is a parameter: name, row (n,), stiffness seen there [N/m].
+
+        Ports that no recording could tell apart (their patterns row row^T are sums of others')
+        are represented once.
+        """
+        model = self.model
+        try:
+            compliance = np.linalg.inv(model.K)
+        except np.linalg.LinAlgError:
+            compliance = np.linalg.pinv(model.K)
+        found: list[tuple[str, Array, float]] = []
+        patterns: list[Array] = []
+        for name in model.places("drift"):
+            row = model.port(name)
+            # a port that moves a rigid mode holds nothing back by itself
+            rigid = np.diag(model.K) <= 1e-9 * np.max(np.diag(model.K), initial=1e-300)
+            if np.any(np.abs(row[rigid]) > 1e-9 * np.linalg.norm(row)):
+                continue
+            seen = float(row @ compliance @ row)
+            if not seen > 0:
+                continue
+            pattern = np.outer(row, row).ravel() / float(row @ row)
+            rest = pattern.copy()
+            for other in patterns:
+                rest -= other * float(other @ rest)
+            if float(rest @ rest) > TELLABLE:
+                patterns.append(rest / np.linalg.norm(rest))
+                found.append((name, row, 1 / seen))
+        return tuple(found)
+
+    @cached_property
+    def masses(self) -> tuple[tuple[str, Body], ...]:
+        """Bodies whose mass is a parameter, their moment of inertia in proportion to it."""
+        least = TELLABLE * np.linalg.norm(self.model.M)
+        return tuple((n, b) for n, b in self.model.bodies.items()
+                     if b.mass * np.linalg.norm(b.translation) ** 2 > least)  # fmt: skip
+
+    @cached_property
+    def dampings(self) -> tuple[tuple[int, float], ...]:
+        """Modes below half the sampling rate whose damping is a parameter: index, R there."""
+        w = 2 * np.pi * self.frequencies
+        inside = self.frequencies < 0.5 * self.sampling_hz
+        least = 2e-3 * w * np.diag(self.model.M)
+        return tuple(
+            (int(i), float(max(self.model.R[i, i], least[i], 1e-12)))
+            for i in np.flatnonzero(inside)
+        )
+
+    @cached_property
+    def base_unknowns(self) -> tuple[Unknown, ...]:
+        """Stiffnesses, masses and dampings of the twin, positive by construction."""
+        loose = self.damping_tolerance
+        return (
+            *(Unknown(f"stiffness {n}", np.log(k), self.tolerance, True)
+              for n, _, k in self.stiffnesses),
+            *(Unknown(f"mass {n}", np.log(b.mass), self.tolerance, True) for n, b in self.masses),
+            *(Unknown(f"damping of mode {i + 1}", np.log(r), loose, True)
+              for i, r in self.dampings),
+        )  # fmt: skip
+
+    @cached_property
+    def noise_gain(self) -> Array | None:
+        """By what noise stirs each coordinate more than it does in steps, (n,)."""
+        return noise_gain(self.model, self.step_s) if self.between == "band_limited" else None
+
+    @cached_property
+    def _damping(self) -> Array:
+        """Damping matrix as it is stepped, (n, n)."""
+        band_limited = self.between == "band_limited"
+        return well_damped(self.model, self.step_s) if band_limited else self.model.R
+
+    def base(self, z: Array) -> LinearModel:
+        """Return the twin at values z of its base unknowns, (base unknowns,)."""
+        K, M, R = self.model.K.copy(), self.model.M.copy(), self._damping.copy()
+        at = 0
+        for _, row, k in self.stiffnesses:
+            K += k * np.expm1(self.tolerance * z[at]) * np.outer(row, row)
+            at += 1
+        for _, body in self.masses:
+            rows = body.translation
+            M += np.expm1(self.tolerance * z[at]) * (body.mass * rows.T @ rows + body.spin)
+            at += 1
+        for index, r in self.dampings:
+            R[index, index] += r * np.expm1(self.damping_tolerance * z[at])
+            at += 1
+        return self._with_inertia(replace(self.model, M=M, K=K, R=R), z)
+
+    def _with_inertia(self, model: LinearModel, z: Array) -> LinearModel:
+        """Return the model with the inertia forces of a shaken base that its masses have."""
+        if not any(name.startswith("acc_ground") for name in model.inputs):
+            return model
+        from twin.model.port import AXES, ground_inputs
+
+        B, base = np.array(model.B), dict(model.base)
+        first = len(self.stiffnesses)
+        for axis in base:
+            row = np.array(base[axis].row)
+            for i, (_, body) in enumerate(self.masses):
+                share = np.expm1(self.tolerance * z[first + i])
+                row += body.mass * share * body.translation[AXES.index(axis)]
+            base[axis] = replace(base[axis], row=row)
+        for axis, column in ground_inputs(model.inputs, model.base).items():
+            B[:, column] += model.base[axis].row - base[axis].row
+        return replace(model, B=B, base=base)
+
+    @cached_property
+    def noise_unknowns(self) -> tuple[Unknown, ...]:
+        """Noise levels of outputs, inputs and process, of each recording."""
+        out = []
+        for t, r in enumerate(self.recordings):
+            for name, level in zip(self.model.outputs, self.output_levels[t], strict=True):
+                out.append(Unknown(f"noise of {name} in {r.name}", float(np.log(level)),
+                                   NOISE_DEVIATION, True, "noise", t))  # fmt: skip
+            for i, name in enumerate(self.model.inputs):
+                if r.driven[i]:
+                    level = max(r.input_noise[i], 1e-5 * float(np.sqrt(np.mean(r.u[:, i] ** 2))))
+                    out.append(Unknown(f"noise of {name} in {r.name}", float(np.log(level)),
+                                       NOISE_DEVIATION, True, "noise", t))  # fmt: skip
+            out.append(Unknown(f"process noise in {r.name}", float(np.log(self.process_levels[t])),
+                               PROCESS_DEVIATION, True, "noise", t))  # fmt: skip
+        return tuple(out)
+
+    @cached_property
+    def output_levels(self) -> Array:
+        """Prior means of the outputs' noise, (recordings, m)."""
+        least = [1e-5 * np.sqrt(np.nanmean(r.y**2, axis=0)) + 1e-15 for r in self.recordings]
+        return np.maximum([r.output_noise for r in self.recordings], least)
+
+    @cached_property
+    def process_levels(self) -> Array:
+        """Prior means of the process noise: forces on modal coordinates, (recordings,)."""
+        w2 = np.maximum(np.diag(self.model.K), (2 * np.pi / 10) ** 2)
+        forces = np.sqrt(np.mean((self.scale * w2) ** 2, axis=1))
+        return np.asarray(PROCESS_SHARE * np.maximum(forces, 1e-12))

@@ -1,0 +1,208 @@
+"""The score test of small changes of a fitted model (Rao 1948).
+
+A candidate of small strength a changes the whitened innovations w along a direction d, to w + a d.
+With Q an orthonormal basis of the fit's own slopes (the priors are rows like the samples, so that
+what is projected out is held to its prior), b = Q^T w and c = Q^T d,
+
+    s = d^T w - c^T b,        I = d^T d - c^T c,
+
+the log likelihood would rise by s^2 / (2 I) at the strength -s / I.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.diagnosis.beginning import added, beginnings, moved_to
+from twin.diagnosis.candidates import Candidate
+from twin.diagnosis.hypothesis import Hypothesis
+from twin.estimation.fit import Fit
+from twin.estimation.likelihood import Value, evaluate, gaussian, passes
+from twin.estimation.parallel import each
+from twin.estimation.passing import Run
+from twin.mechanisms.mechanism import ChannelFault, Mechanism
+
+Array = NDArray[np.float64]
+Told = tuple[float, float, Array]
+"""Expected gain [nat], strength of either sign, and the others' shifts for unit strength."""
+
+SMALL = 1e-4
+"""Strength, as a share of a first guess, at which a linear candidate's direction is taken."""
+
+TOGETHER = 64
+"""Directions at a time: one product of matrices instead of many with vectors, and no more memory
+than so many recordings."""
+
+ROUNDING = 1e-12
+"""Share of a direction below which what is left of it is the projection's rounding."""
+
+
+class ScoreTest:
+    """A fit with its whitened innovations, and the span of its slopes that is projected out."""
+
+    def __init__(self, hypothesis: Hypothesis, fit: Fit) -> None:
+        self.hypothesis, self.fit = hypothesis, fit
+        value = evaluate(hypothesis, fit.z)
+        self.runs = value.runs
+        self.parts = [gaussian(r, t) for r, t in zip(value.runs, value.trials, strict=True)]
+        shared = [i for i, u in enumerate(hypothesis.unknowns) if u.role != "noise"]
+        self._shared = shared
+        self.names = [hypothesis.unknowns[i].name for i in shared]
+        slopes = [self._slopes(index, shared) for index in range(len(self.runs))]
+        q, self._root = np.linalg.qr(np.vstack([*slopes, np.eye(len(shared))]))
+        ends = np.cumsum([len(J) for J in slopes])
+        *self._basis, self._prior = np.split(q, ends)
+        self._white = [part.white.ravel() for part in self.parts]
+        pull = np.asarray(fit.z)[shared]
+        self._told = self._prior.T @ pull + self._across(self._white)
+        power = float(pull @ pull) + sum(float(w @ w) for w in self._white)
+        self._left = power - float(self._told @ self._told)
+
+    def _slopes(self, index: int, shared: Sequence[int]) -> Array:
+        unknowns = self.hypothesis.unknowns
+        columns = [i for i, u in enumerate(unknowns) if u.trial is None or u.trial == index]
+        keep = [columns.index(i) for i in shared]
+        return self.whitened(index, self.runs[index].de[:, :, keep])
+
+    def whitened(self, index: int, change: Array) -> Array:
+        """Return changes of a recording's innovations, (samples, m, c), whitened as rows."""
+        return self.parts[index].whitened(np.ascontiguousarray(change))
+
+    def _across(self, directions: Sequence[Array]) -> Array:
+        both = zip(self._basis, directions, strict=True)
+        return np.asarray(sum(Q.T @ d for Q, d in both))
+
+    def gains(self, directions: Sequence[Array]) -> tuple[Array, Array, Array]:
+        """Return expected gains and strengths, and the others' shifts for unit strength, (p, c).
+
+        Args:
+            directions: whitened changes of the innovations, one (samples m, c) a recording.
+        """
+        across = self._across(directions)
+        along = sum(d.T @ w for d, w in zip(directions, self._white, strict=True))
+        s = along - across.T @ self._told
+        power = sum(np.einsum("ij,ij->j", d, d) for d in directions)
+        left = power - np.einsum("ij,ij->j", across, across)
+        information = np.maximum(np.maximum(left, ROUNDING * power), 1e-300)
+        return 0.5 * s**2 / information, -s / information, -np.linalg.solve(self._root, across)
+
+    def of_changes(
+        self, changes: Callable[[int, slice], Array], count: int
+    ) -> tuple[Array, Array, Array]:
+        """Return ``gains`` of many directions, so many at a time.
+
+        Args:
+            changes: index of a recording and which directions -> how its innovations change,
+                (samples, m, c).
+            count: of directions.
+        """
+        out = []
+        for first in range(0, count, TOGETHER):
+            some = slice(first, min(first + TOGETHER, count))
+            whitened = partial(self._whitened, changes, some)
+            out.append(self.gains(each(whitened, len(self.runs))))
+        gains, strengths, shifts = zip(*out, strict=True)
+        return np.concatenate(gains), np.concatenate(strengths), np.hstack(shifts)
+
+    def _whitened(self, changes: Callable[[int, slice], Array], some: slice, i: int) -> Array:
+        return self.whitened(i, changes(i, some))
+
+    def freed(self, name: str, wide: float) -> Told:
+        """Return what a second unknown that does as one of the fit's own does would bring.
+
+        Its direction is that one's but for its row of the prior: what the samples say of it, others
+        can in part say as well, and while it is held to its prior they do.
+
+        Args:
+            name: of the fit's own.
+            wide: the second one's prior deviation in the first one's, the unit of its strength.
+        """
+        index = self.names.index(name)
+        row = self._prior[index]
+        pull = float(self.fit.z[self._shared[index]]) - float(row @ self._told)
+        information = max(1.0 - float(row @ row), ROUNDING) + wide**-2
+        shift = np.linalg.solve(self._root, row)
+        shift[index] -= 1.0
+        return 0.5 * pull**2 / information, pull / information, shift
+
+    def along(self, pairs: Sequence[tuple[Candidate, Mechanism]]) -> list[Told | None]:
+        """Return what is told along the changes that mechanisms make when they are small.
+
+        None where there is no such model.
+        """
+        out: list[Told | None] = [None] * len(pairs)
+        for first in range(0, len(pairs), TOGETHER):
+            found = {}
+            for at, (candidate, start) in enumerate(pairs[first : first + TOGETHER], first):
+                if (change := self._change(candidate, start)) is not None:
+                    found[at] = change
+            if not found:
+                continue
+            stacked = [
+                self.whitened(i, np.stack([c[i] for c in found.values()], axis=-1))
+                for i in range(len(self.runs))
+            ]
+            gains, strengths, shifts = self.gains(stacked)
+            for column, at in enumerate(found):
+                out[at] = float(gains[column]), float(strengths[column]), shifts[:, column]
+        return out
+
+    def _change(self, candidate: Candidate, first: Mechanism) -> list[Array] | None:
+        """Return the innovations' slopes with respect to a mechanism's strength, at little of it.
+
+        An instrument with a memory has an unknown state before the first sample however little it
+        does: its direction is that from little to twice as little.
+        """
+        before: Sequence[Run] | None = self.runs
+        near = self._passes(candidate, first.scaled(SMALL))
+        if isinstance(first, ChannelFault) and _remembers(first):
+            before, near = near, self._passes(candidate, first.scaled(2 * SMALL))
+        if near is None or before is None:
+            return None
+        return [(run.e - here.e) / SMALL for run, here in zip(near, before, strict=True)]
+
+    def _passes(self, candidate: Candidate, start: Mechanism) -> Sequence[Run] | None:
+        grown = added(self.hypothesis, candidate, start)
+        z = moved_to(grown, self.hypothesis, self.fit.z, start)
+        try:
+            return passes(grown, z, [run.averages for run in self.runs])
+        except (ValueError, np.linalg.LinAlgError):
+            return None
+
+    def whole(self, candidate: Candidate, start: Mechanism) -> float:
+        """Return the rise of the log likelihood with a mechanism as it is [nat].
+
+        Where it has no parameters the others adjust themselves, to first order and with the noise
+        as it is, from where they are or from the nominal twin.
+        """
+        grown = added(self.hypothesis, candidate, start)
+        z = moved_to(grown, self.hypothesis, self.fit.z, start)
+        if start.parameters:
+            return self._rise(grown, z)[0]
+        return max(max(self._rise(grown, begun)) for begun in beginnings(grown, z))
+
+    def _rise(self, grown: Hypothesis, z: Array) -> tuple[float, float]:
+        """Return the rise of the log likelihood, and that with the others adjusted."""
+        try:
+            value = evaluate(grown, z, False, [run.averages for run in self.runs])
+        except (ValueError, np.linalg.LinAlgError):
+            return -np.inf, -np.inf
+        known = dict(zip((u.name for u in grown.unknowns), z.tolist(), strict=True))
+        pull = np.array([known[name] for name in self.names])
+        return value.log_likelihood - self.fit.log_likelihood, self._adjusted(value, pull)
+
+    def _adjusted(self, value: Value, pull: Array) -> float:
+        """Return by how much half the squares of innovations and priors fall, adjusted."""
+        white = [self.whitened(i, run.e[:, :, None])[:, 0] for i, run in enumerate(value.runs)]
+        across = self._across(white) + self._prior.T @ pull
+        power = sum(float(w @ w) for w in white) + float(pull @ pull)
+        return 0.5 * (self._left - (power - float(across @ across)))
+
+
+def _remembers(fault: ChannelFault) -> bool:
+    instrument = fault.instrument(1.0)
+    return instrument is not None and len(instrument.A) > 0

@@ -1,0 +1,188 @@
+"""Which mechanism is worth a fit: the score test of every candidate in one pass.
+
+That is a shortlist, not a verdict.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.diagnosis.candidates import Candidate
+from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.problem import Motion
+from twin.diagnosis.response import force_along, respond
+from twin.diagnosis.score_test import ScoreTest
+from twin.diagnosis.valleys import Score, of_valleys
+from twin.estimation.fit import Fit
+from twin.mechanisms.mechanism import Disturbance, Law, Mechanism
+
+Array = NDArray[np.float64]
+_Direction = tuple[Candidate, Mechanism, list[tuple[Mechanism, float]]]
+"""A candidate, a first guess, and those that are only stronger, with their strengths."""
+
+REACH = (0.02, 50.0)
+"""Strengths, as shares of a first guess, that a fit may start from: beyond, another first guess or
+another law is nearer."""
+
+
+def screen(
+    fit: Fit, hypothesis: Hypothesis, candidates: Sequence[Candidate], moved: Sequence[Motion]
+) -> list[Score]:
+    """Return the best first guess of every candidate, the most promising first."""
+    test = ScoreTest(hypothesis, fit)
+    laws = [(c, s) for c in candidates for s in c.starts if isinstance(s, Law)]
+    scores = _of_laws(test, laws, moved)
+    least = float(np.log(max(len(candidates), 2)))
+    directions, valleys, shifting = list[_Direction](), list[Candidate](), list[Candidate]()
+    for candidate in candidates:
+        first = candidate.starts[0]
+        if isinstance(first, Law):
+            continue
+        if first.shifts_resonance:
+            shifting.append(candidate)
+        elif isinstance(first, Disturbance) or not first.parameters:
+            # a force that nobody measured changes the innovations' covariance alone; what is there
+            # or not has no strength
+            rises = [test.whole(candidate, start) for start in candidate.starts]
+            if max(rises) > least:
+                likelier = np.argsort(rises)[len(rises) // 2 :]
+                kept = tuple(candidate.starts[i] for i in sorted(likelier))
+                valleys.append(replace(candidate, starts=kept))
+        elif first.valleys == 1 and (freed := _freed(test, candidate, first)) is not None:
+            scores.append(freed)
+        else:
+            directions += [(candidate, *alike) for alike in directions_of(candidate.starts)]
+    promising = dict[tuple[str, str], list[Mechanism]]()
+    told = test.along([(candidate, first) for candidate, first, _ in directions])
+    for (candidate, first, alike), found in zip(directions, told, strict=True):
+        if found is None:
+            continue
+        gain, strength, shift = found
+        if first.valleys == 1:
+            scores += [_scaled(test, candidate, start, gain, strength / ratio, shift * ratio)
+                       for start, ratio in alike]  # fmt: skip
+        elif gain > least:
+            promising.setdefault(candidate.label, []).extend(nearest(alike, strength))
+    for candidate in candidates:
+        if candidate.label in promising:
+            valleys.append(replace(candidate, starts=tuple(promising[candidate.label])))
+    if valleys or any(score.gain > least for score in scores):
+        # no small change tells of a resonance that comes from where there is none; but where it
+        # matters, something nearer does not fit either
+        valleys += shifting
+    scores += of_valleys(fit, hypothesis, valleys)
+    best = {c.label: Score(c, c.starts[0], 0.0) for c in candidates}
+    for score in scores:
+        if score.gain > best[score.candidate.label].gain:
+            best[score.candidate.label] = score
+    return sorted(best.values(), key=lambda s: -s.gain)
+
+
+def nearest(alike: Sequence[tuple[Mechanism, float]], strength: float) -> list[Mechanism]:
+    """Return which of several strengths along one direction to follow: the one that is told.
+
+    All where they are of either sign: so far from nothing the direction is another one.
+    """
+    ratios = np.array([ratio for _, ratio in alike])
+    if np.any(ratios < 0):
+        return [start for start, _ in alike]
+    told = max(strength, float(np.min(ratios)))
+    return [alike[int(np.argmin(np.abs(np.log(ratios / told))))][0]]
+
+
+def _of_laws(
+    test: ScoreTest, pairs: Sequence[tuple[Candidate, Law]], moved: Sequence[Motion]
+) -> list[Score]:
+    if not pairs:
+        return []
+    hypothesis = test.hypothesis
+    model, step_s = hypothesis.problem.model, hypothesis.problem.step_s
+
+    def changes(index: int, some: slice) -> Array:
+        rows = np.array([model.port(law.place) for _, law in pairs[some]])
+        along = zip(pairs[some], rows, strict=True)
+        forces = [force_along(law, row, moved[index], step_s) for (_, law), row in along]
+        return respond(test.runs[index], hypothesis, index, rows, np.column_stack(forces))
+
+    gains, strengths, shifts = test.of_changes(changes, len(pairs))
+    return [
+        _scaled(test, c, s, float(g), float(a), d)
+        for (c, s), g, a, d in zip(pairs, gains, strengths, shifts.T, strict=True)
+    ]
+
+
+def _scaled(
+    test: ScoreTest, candidate: Candidate, start: Mechanism, gain: float, strength: float,
+    shift: Array,
+) -> Score:  # fmt: skip
+    if not np.isfinite(gain) or strength <= 0:
+        return Score(candidate, start, 0.0)
+    if strength > REACH[1] or strength < REACH[0]:
+        # so far from the guess the law would have another shape; what stays within reach counts
+        inside = float(np.clip(strength, *REACH))
+        ratio = inside / strength
+        gain *= max(2 * ratio - ratio**2, 0.0)
+        strength = inside
+    moved = dict(zip(test.names, (strength * shift).tolist(), strict=True))
+    return Score(candidate, start.scaled(strength), gain, moved)
+
+
+def directions_of(
+    starts: Sequence[Mechanism],
+) -> list[tuple[Mechanism, list[tuple[Mechanism, float]]]]:
+    """Return first guesses of which none is another one, only stronger.
+
+    Each with all that are: (mechanism, strength as a share of the first one's, either sign).
+    """
+    out: list[tuple[Mechanism, list[tuple[Mechanism, float]]]] = []
+    for start in starts:
+        for first, alike in out:
+            if (ratio := _stronger(first, start)) is not None:
+                alike.append((start, ratio))
+                break
+        else:
+            out.append((start, [(start, 1.0)]))
+    return out
+
+
+def _stronger(first: Mechanism, other: Mechanism) -> float | None:
+    """Return by what factor one mechanism is another one's strength, None where it is no such.
+
+    A strength is a multiple of the first parameter, of its distance from one, or a power of it.
+    """
+    if not first.parameters:
+        return None
+    name = next(iter(first.parameters))
+    a, b, twice = first.values[name], other.values[name], first.scaled(2.0).values[name]
+    ratios = []
+    if np.isfinite(twice) and twice != a:
+        ratios.append(1 + (b - a) / (twice - a))
+    if a > 0 and b > 0 and a != 1:
+        ratios.append(np.log(b) / np.log(a))
+    for ratio in ratios:
+        same = first.scaled(ratio).values
+        if ratio and all(np.isclose(same[n], v, rtol=1e-9) for n, v in other.values.items()):
+            return float(ratio)
+    return None
+
+
+def _freed(test: ScoreTest, candidate: Candidate, start: Mechanism) -> Score | None:
+    """Return what freeing a parameter of the twin from its prior brings, if it is one.
+
+    The twin's own goes back towards its mean, and the change takes its place.
+    """
+    name = f"{start.name} {start.place}"
+    for unknown in test.hypothesis.unknowns:
+        if unknown.name == name:
+            (parameter,) = start.parameters
+            nominal = unknown.value(0.0)
+            wide = candidate.priors[parameter][1] / (unknown.deviation * nominal)
+            gain, strength, shift = test.freed(name, wide)
+            change = unknown.value(strength) - nominal
+            moved = dict(zip(test.names, (strength * shift).tolist(), strict=True))
+            return Score(candidate, start.with_values({parameter: change}), gain, moved)
+    return None

@@ -1,0 +1,207 @@
+"""How large the effect of each mechanism is, beside what no law explains.
+
+The size of what acts on the structure is the RMS of its modal force |p f|, that of an instrument's
+fault the RMS of what it changes in its channel. No law is exact: beside one, what is smaller than
+the discrepancy, or than the share of the laws' own forces that a discrepancy is expected to have,
+is nobody's finding, however much evidence many samples make of it. The spectrum of an unmeasured
+force is known much less well than a law. And an instrument is as good as its calibration.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.diagnosis.hypothesis import DISCREPANCY_SHARE, Hypothesis
+from twin.diagnosis.plant import axis_of
+from twin.diagnosis.predict import Stage
+from twin.diagnosis.problem import Problem
+from twin.estimation.fit import Fit
+from twin.mechanisms.mechanism import ChannelFault, Disturbance, Law, Mechanism, StructuralChange
+from twin.model.linear import LinearModel
+
+Array = NDArray[np.float64]
+
+CALIBRATED = 0.005
+"""Share of its reading to which an instrument is calibrated at best (ISO 16063-21): what distorts
+it by less is no fault."""
+
+SPECTRUM_SHARE = float(np.sqrt(2) - 1)
+"""Share of an unmeasured force by which it is inexact: 3 dB, by which a resonance's spectrum is off
+another smooth one in its own band."""
+
+
+def forces(hypothesis: Hypothesis, z: Array, beside: Sequence[Stage]) -> list[float | None]:
+    """Return the RMS modal force of every mechanism; None for what changes an output only.
+
+    Args:
+        hypothesis: the twin with its mechanisms.
+        z: values of its unknowns, (p,).
+        beside: the same beside its recordings.
+    """
+    mechanisms = hypothesis.at(z)
+    edits, models = _edits(hypothesis, z)
+    model, count = models[-1], len(models[-1].coordinates)
+    sizes: dict[int, float | None] = {
+        index: _rms([_change(before, after, count, s) for s in beside])
+        for index, before, after in zip(edits, models[:-1], models[1:], strict=True)
+    }
+    law = 0
+    for index, mechanism in enumerate(mechanisms):
+        if isinstance(mechanism, Law):
+            row, stiffness = model.port(mechanism.place), mechanism.parted()[1]
+            whole = [s.followed.f[:, law] + stiffness * (s.followed.x[:, : len(row)] @ row)
+                     for s in beside]  # fmt: skip
+            sizes[index] = float(np.linalg.norm(row)) * _rms(whole)
+            law += 1
+        elif isinstance(mechanism, Disturbance):
+            place = mechanism.place
+            based = place in model.places("base")
+            row = model.base[axis_of(model, place)].row if based else model.port(place)
+            sizes[index] = float(np.linalg.norm(row)) * mechanism.oscillator()[2]
+        elif isinstance(mechanism, ChannelFault) and set(mechanism.channels) <= set(model.inputs):
+            own = [model.inputs.index(name) for name in mechanism.channels]
+            moved = [_altered(mechanism, s, model.inputs, s.trial.u)[:, own] @ model.B[:, own].T
+                     for s in beside]  # fmt: skip
+            sizes[index] = _rms([np.linalg.norm(m, axis=1) for m in moved])
+    return [sizes.get(index) for index in range(len(mechanisms))]
+
+
+def _edits(hypothesis: Hypothesis, z: Array) -> tuple[list[int], list[LinearModel]]:
+    """Return which mechanisms edit the model, in order, and the models before and after each."""
+    problem = hypothesis.problem
+    models = [problem.base(z[: len(problem.base_unknowns)])]
+    edits = [(i, m) for i, m in enumerate(hypothesis.at(z)) if isinstance(m, StructuralChange)]
+    edits.sort(key=lambda pair: pair[1].stage)
+    for _, change in edits:
+        models.append(change.edit(models[-1]))
+    return [index for index, _ in edits], models
+
+
+def negligible(
+    hypothesis: Hypothesis, fit: Fit, beside: Sequence[Stage], sizes: Sequence[float | None]
+) -> list[bool]:
+    """Return of every mechanism whether it is smaller than what is left beside the others.
+
+    A law's own discrepancy says how good its form is, not whether it is there.
+
+    Args:
+        hypothesis: the twin with its mechanisms.
+        fit: how it came out.
+        beside: the same beside its recordings.
+        sizes: of the mechanisms (``forces``).
+    """
+    model, problem = hypothesis.problem.model, hypothesis.problem
+    mechanisms = hypothesis.at(fit.z)
+    count = len(_edits(hypothesis, fit.z)[1][-1].coordinates)
+    out = []
+    for index, (mechanism, size) in enumerate(zip(mechanisms, sizes, strict=True)):
+        left = inexact(mechanisms, sizes, index)
+        for port in hypothesis.ports:
+            if port != mechanism.place:
+                level = fit.values[f"discrepancy {port}"]
+                left = max(left, level * float(np.linalg.norm(model.port(port))))
+        if isinstance(mechanism, StructuralChange) and mechanism.verdict == "parameter":
+            left = max(left, _scatter(problem, mechanism, count, beside))
+        if isinstance(mechanism, ChannelFault) and _calibrated(mechanism, model, beside):
+            out.append(True)
+        elif size is not None:
+            out.append(0.0 < size < left)
+        elif isinstance(mechanism, ChannelFault):
+            smeared = [n for n in mechanism.channels if n in hypothesis.smeared]
+            seen = [max(fit.values[f"discrepancy {n}"], DISCREPANCY_SHARE * problem.readings[n])
+                    for n in smeared]  # fmt: skip
+            changes = [_altered_by(mechanism, s, n, model)[0] for n in smeared for s in beside]
+            out.append(bool(smeared) and max(changes) < max(seen))
+        else:
+            out.append(False)
+    return out
+
+
+def _scatter(
+    problem: Problem, change: StructuralChange, count: int, beside: Sequence[Stage]
+) -> float:
+    """Return the RMS modal force by which dampings scatter beforehand; 0 for what does not damp.
+
+    Stiffnesses and masses are calibrated where they are; of damping the modes' own are, not how it
+    is spread over the structure, which no drawing says.
+    """
+    model = problem.model
+    edited = change.edit(model)
+    if not np.allclose(edited.K, model.K) or not np.allclose(edited.M, model.M):
+        return 0.0
+    n = len(model.coordinates)
+    rates = [s.followed.x[:, count : count + n] for s in beside]
+    return problem.damping_tolerance * _rms([np.linalg.norm(v @ model.R.T, axis=1) for v in rates])
+
+
+def inexact(mechanisms: Sequence[Mechanism], sizes: Sequence[float | None], index: int) -> float:
+    """Return the RMS modal force by which laws and disturbances besides one are likely inexact.
+
+    No law has quite the form that it is given, and no disturbance quite the spectrum.
+    """
+    left = [
+        (SPECTRUM_SHARE if isinstance(m, Disturbance) else DISCREPANCY_SHARE) * (s or 0.0)
+        for i, (s, m) in enumerate(zip(sizes, mechanisms, strict=True))
+        if i != index and isinstance(m, Law | Disturbance)
+    ]
+    return float(np.linalg.norm(left))
+
+
+def _calibrated(fault: ChannelFault, model: LinearModel, beside: Sequence[Stage]) -> bool:
+    """Return whether a fault distorts its channels by less than a calibration is good for."""
+    instrument = fault.instrument(1.0)
+    if fault.of_motor or not fault.parameters:
+        return False
+    pairs = [_altered_by(fault, s, name, model) for name in fault.channels for s in beside]
+    if instrument is not None and instrument.G.size:  # it adds what has no one history
+        added = float(np.sqrt(np.max(np.diag(instrument.C @ instrument.start @ instrument.C.T))))
+        pairs = [(added, level) for _, level in pairs]
+    return max((change / level for change, level in pairs if level), default=0.0) < CALIBRATED
+
+
+def _change(before: LinearModel, after: LinearModel, count: int, stage: Stage) -> Array:
+    """Return the magnitude of the modal force that an edit adds, (samples,).
+
+    Args:
+        before: the model without it.
+        after: with it; its further coordinates come behind.
+        count: coordinates of all edits together.
+        stage: the motion.
+    """
+    old, new = len(before.coordinates), len(after.coordinates)
+    q, v = stage.followed.x[:, :new], stage.followed.x[:, count : count + new]
+    a = np.gradient(v, stage.trial.step_s, axis=0)
+    force = np.zeros((len(q), old))
+    for own, other, motion in (
+        (before.M, after.M, a), (before.R, after.R, v), (before.K, after.K, q)
+    ):  # fmt: skip
+        matrix = np.array(other[:old])
+        matrix[:, :old] -= own
+        force += motion @ matrix.T
+    return np.asarray(np.linalg.norm(force, axis=1))
+
+
+def _altered(fault: ChannelFault, stage: Stage, names: Sequence[str], values: Array) -> Array:
+    """Return what a fault changes in channels, (samples, channels)."""
+    columns = dict(zip(names, values.T, strict=True))
+    changed = fault.distort(columns, 1 / stage.trial.step_s)
+    return np.column_stack([changed[n] - columns[n] for n in names])
+
+
+def _altered_by(
+    fault: ChannelFault, stage: Stage, name: str, model: LinearModel
+) -> tuple[float, float]:
+    """Return the RMS of what a fault changes in a channel, and of the channel."""
+    driven = name in model.inputs
+    names = model.inputs if driven else model.outputs
+    values = stage.trial.u if driven else np.nan_to_num(stage.trial.y) - stage.followed.e
+    column = list(names).index(name)
+    altered = _altered(fault, stage, names, values)
+    return _rms([altered[:, column]]), _rms([values[:, column]])
+
+
+def _rms(pieces: Sequence[Array]) -> float:
+    return float(np.sqrt(np.mean(np.concatenate(pieces) ** 2)))

@@ -1,0 +1,116 @@
+"""First guesses where the likelihood has several maxima: short fits, of which the likelier go on.
+
+What resonates shows at strength zero that it is there, not at which frequency; what turns a phase
+far, or is there or not, is no straight line in its strength.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.diagnosis.beginning import added, beginnings, likeliest, moved_to
+from twin.diagnosis.candidates import Candidate
+from twin.diagnosis.hypothesis import Hypothesis
+from twin.estimation.fit import Fit, ascend
+from twin.estimation.fit import fit as climb
+from twin.mechanisms.mechanism import Mechanism
+
+Array = NDArray[np.float64]
+
+PART = 1024
+"""Samples of each recording that valleys are looked for in: four seconds at 256 Hz, enough to tell
+resonances a quarter of a hertz apart; the fit that follows sees all."""
+
+LAPS = (1, 2, 3)
+"""Gauss-Newton steps in each valley, after which the likelier half of a candidate's valleys and of
+the candidates goes on (successive halving; Jamieson and Talwalkar 2016); the fit that follows takes
+the rest."""
+
+LEAST = 6
+"""Candidates that are never left behind: a search step fits as many."""
+
+_Runner = tuple[float, Array, Hypothesis]
+"""Log posterior, values and hypothesis."""
+
+
+@dataclass(frozen=True)
+class Score:
+    """What one first guess of a candidate promises.
+
+    Attributes:
+        candidate: whose it is.
+        start: the mechanism from which a fit would begin.
+        gain: expected rise of the log likelihood [nat].
+        shift: how the other unknowns would move with it: name -> prior deviations.
+    """
+
+    candidate: Candidate
+    start: Mechanism
+    gain: float
+    shift: Mapping[str, float] = field(default_factory=dict)
+
+
+def of_valleys(fit: Fit, hypothesis: Hypothesis, candidates: Sequence[Candidate]) -> list[Score]:
+    """Return what candidates with several valleys promise: short fits on a part of the samples.
+
+    Args:
+        fit: the present one.
+        hypothesis: what was fitted.
+        candidates: with the first guesses that the score test does not rule out.
+    """
+    if not candidates:
+        return []
+    problem = hypothesis.problem
+    part = replace(
+        problem,
+        recordings=tuple(replace(r, u=r.u[:PART], y=r.y[:PART]) for r in problem.recordings),
+    )
+    short = replace(hypothesis, problem=part)
+    here = climb(short, fit.z, most=2)
+    known = {u.name: z for u, z in zip(hypothesis.unknowns, fit.z, strict=True)}
+    racing: list[tuple[Candidate, list[_Runner]]] = []
+    for candidate in candidates:
+        runners = []
+        for start in candidate.starts:
+            grown = added(short, candidate, start)
+            z = moved_to(grown, short, here.z, start)
+            runners.append(likeliest(grown, beginnings(grown, z)))
+        racing.append((candidate, runners))
+    behind: list[tuple[Candidate, list[_Runner]]] = []
+    for steps in LAPS:
+        racing = [(c, _likelier([_further(*r, steps) for r in runners])) for c, runners in racing]
+        racing.sort(key=lambda race: -race[1][0][0])
+        ahead = max((len(racing) + 1) // 2, LEAST)
+        racing, behind = racing[:ahead], behind + racing[ahead:]
+    scores = []
+    for candidate, runners in racing + behind:
+        _, z, grown = runners[0]
+        shift = {
+            u.name: float(x) - known[u.name]
+            for u, x in zip(grown.unknowns, z, strict=True)
+            if u.role != "noise" and u.name in known
+        }
+        # how much of it the other samples hold, only they can say: a blow is over in seconds
+        whole = replace(grown, problem=problem)
+        mechanism = grown.at(z)[-1]
+        posterior, _, _ = likeliest(whole, [z, moved_to(whole, hypothesis, fit.z, mechanism)])
+        gain = posterior - fit.log_posterior
+        scores.append(Score(candidate, mechanism, max(gain, 0.0), shift))
+    return scores
+
+
+def _likelier(runners: list[_Runner]) -> list[_Runner]:
+    """Return the half with the greater log posteriors, the greatest first."""
+    return sorted(runners, key=lambda r: -r[0])[: (len(runners) + 1) // 2]
+
+
+def _further(posterior: float, z: Array, grown: Hypothesis, steps: int) -> _Runner:
+    """Return where so many steps lead."""
+    try:
+        return (*ascend(grown, z, steps), grown)
+    except (ValueError, np.linalg.LinAlgError):
+        return posterior, z, grown
