@@ -14,8 +14,14 @@ _replaced: dict[Path, Path] = {}
 
 
 def replaced() -> list[str]:
-    """Return the files that were there before this process wrote them, as they were named."""
+    """Return the files that were there before this command wrote them, as they were named."""
     return [str(path) for path in _replaced.values()]
+
+
+def forget() -> None:
+    """Forget what was written: a new command begins."""
+    _written.clear()
+    _replaced.clear()
 
 
 def folder(out: Path) -> Path:

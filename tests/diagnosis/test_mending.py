@@ -25,7 +25,7 @@ def straight():
     times = np.arange(samples * FINER) / FINER
     fine = np.column_stack([np.interp(times, np.arange(samples), x) for x in u.T])
     return (
-        replace(problem, between="linear"),
+        replace(problem, between=("linear",) * len(problem.model.inputs)),
         u,
         free_run(problem.model, fine, FINER * problem.sampling_hz),
     )
@@ -45,7 +45,7 @@ def test_a_late_channel_is_shifted_with_its_corners(straight, late):
     fault = SensorDelay("acc_floor2", late / FINER / problem.sampling_hz)
     errors = []
     for between in ("linear", "band_limited"):
-        told = replace(recording_of(problem, u, y), between=between)
+        told = replace(recording_of(problem, u, y), between=(between,) * len(problem.between))
         (trial,) = mended(told, [fault])
         error = (trial.y - true)[MARGIN:-MARGIN]
         errors.append(np.max(np.abs(error)) / np.std(true[:, column]))

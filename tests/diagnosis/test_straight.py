@@ -38,7 +38,7 @@ def random_force(highest, seed):
     return np.fft.irfft(inside * np.exp(2j * np.pi * draw.uniform(size=len(f))), SAMPLES)[:, None]
 
 
-def problem_of(u, y, noise, between="band_limited"):
+def problem_of(u, y, noise, between=("band_limited",)):
     model = Twin.load("cantilever").linear(INPUTS, OUTPUTS)
     levels = noise * np.ones(len(OUTPUTS))
     measured = Measured("a", u, y, np.array([1e-9]), levels)

@@ -13,7 +13,7 @@ import typer
 from twin.cli.arguments import expanded
 from twin.cli.common import remember
 from twin.errors import TwinError
-from twin.files import replaced
+from twin.files import forget, replaced
 
 COMMANDS = (
     "demo",
@@ -64,6 +64,7 @@ def main(arguments: list[str] | None = None) -> None:
     # A number that overflows ends in an error of ours or not at all; NumPy's remark is noise.
     warnings.filterwarnings("ignore", category=RuntimeWarning)
     signal.signal(signal.SIGTERM, _stopped)
+    forget()
     try:
         given = expanded(sys.argv[1:] if arguments is None else arguments)
         remember(given)

@@ -1,7 +1,12 @@
-"""What the inputs do between samples, by evidence."""
+"""What the inputs do between samples, by evidence.
+
+What one analyser measured is alike between samples; what motors were commanded is another thing (a
+computer holds its output), so the two are asked for apart.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -22,10 +27,10 @@ nats where it matters."""
 ENOUGH = 3.0
 """Evidence [nat] for anything but band-limited inputs: the odds of 1 to 20 that analysers are."""
 
-BETWEEN: dict[Between, str] = {
-    "band_limited": "the inputs are taken as band-limited between the samples",
-    "linear": "the inputs are taken as straight lines between the samples",
-    "held": "the inputs are taken as held from sample to sample",
+KINDS: dict[Between, str] = {
+    "band_limited": "band-limited between the samples",
+    "linear": "straight lines between the samples",
+    "held": "held from sample to sample",
 }
 
 
@@ -34,9 +39,10 @@ def choose(problem: Problem) -> tuple[Problem, Array]:
 
     Band-limited unless another is better from there on.
     """
+    count = len(problem.model.inputs)
     best: tuple[float, Problem, Array] | None = None
-    for between in BETWEEN:
-        tried = replace(problem, between=between)
+    for kind in KINDS:
+        tried = replace(problem, between=(kind,) * count)
         blank = Hypothesis(tried)
         if best is None:
             found = fit(blank, start_of(blank))
@@ -46,7 +52,9 @@ def choose(problem: Problem) -> tuple[Problem, Array]:
         if found.log_evidence > best[0] + ENOUGH:
             best = found.log_evidence, tried, found.z
     assert best is not None
-    return best[1], best[2]
+    hypothesis = Hypothesis(best[1])
+    hypothesis, found = again(hypothesis, fit(hypothesis, best[2]))
+    return hypothesis.problem, found.z
 
 
 def again(hypothesis: Hypothesis, found: Fit) -> tuple[Hypothesis, Fit]:
@@ -56,15 +64,41 @@ def again(hypothesis: Hypothesis, found: Fit) -> tuple[Hypothesis, Fit]:
     values is greater, the fit is made again.
     """
     own = hypothesis.problem.between
-    likeliest, best = own, found.log_likelihood - ENOUGH * (own != "band_limited")
-    for between in BETWEEN:
-        if between == own:
-            continue
+    likeliest, best = own, found.log_likelihood - _odds(own)
+    for between in _others(hypothesis.problem):
         other = replace(hypothesis, problem=replace(hypothesis.problem, between=between))
         value = evaluate(other, found.z, derivatives=False).log_likelihood
-        if value - ENOUGH * (between != "band_limited") > best:
-            likeliest, best = between, value - ENOUGH * (between != "band_limited")
+        if value - _odds(between) > best:
+            likeliest, best = between, value - _odds(between)
     if likeliest == own:
         return hypothesis, found
     other = replace(hypothesis, problem=replace(hypothesis.problem, between=likeliest))
     return other, fit(other, found.z)
+
+
+def in_words(problem: Problem) -> str:
+    """Say what the inputs are taken for between the samples."""
+    names = dict.fromkeys(KINDS, "")
+    for name, kind in zip(problem.model.inputs, problem.between, strict=True):
+        names[kind] += f", {name}" if names[kind] else name
+    if len(set(problem.between)) == 1:
+        return f"the inputs are taken as {KINDS[problem.between[0]]}"
+    return "; ".join(f"{who} taken as {KINDS[kind]}" for kind, who in names.items() if who)
+
+
+def _others(problem: Problem) -> Iterator[tuple[Between, ...]]:
+    """Yield what else the inputs could do: those that were measured, and motors' commands."""
+    driven = [name in problem.model.driven for name in problem.model.inputs]
+    for group in sorted(set(driven)):
+        for kind in KINDS:
+            tried = tuple(
+                kind if mine == group else now
+                for mine, now in zip(driven, problem.between, strict=True)
+            )
+            if tried != problem.between:
+                yield tried
+
+
+def _odds(between: Sequence[Between]) -> float:
+    """Return the log odds against kinds of inputs [nat]."""
+    return ENOUGH * len(set(between) - {"band_limited"})

@@ -132,7 +132,7 @@ def in_mujoco(twin: Twin, problem: Problem, recording: Measured) -> Array:
     seen = {}
     for column, name in enumerate(problem.model.outputs):
         values = motion.column(name)
-        if problem.between == "band_limited":
+        if not np.all(problem.cornered):
             values = resample(values, faster, rate)[:samples]
             values = np.concatenate([values, np.repeat(values[-1:], samples - len(values))])
         else:
@@ -146,14 +146,23 @@ def _added(recording: Measured) -> tuple[Mass, ...]:
     return tuple(Mass(place, kg) for place, kg in recording.added_mass.items())
 
 
-def _played(u: Array, rate: float, fine: int, between: Between) -> tuple[Array, float]:
+def _played(u: Array, rate: float, fine: int, between: Sequence[Between]) -> tuple[Array, float]:
     """Return the inputs as they are between the samples, and their rate."""
-    if between == "band_limited":
-        whole = resample(u, rate, rate * fine)
-        return np.vstack([whole, np.repeat(whole[-1:], fine - 1, axis=0)]), rate * fine
-    if between == "held":
-        return np.repeat(u, HELD_STEPS, axis=0), rate * HELD_STEPS
-    return u, rate
+    if set(between) == {"linear"}:
+        return u, rate
+    if "band_limited" not in between:
+        fine = HELD_STEPS
+    times = np.arange(fine * len(u)) / fine
+    out = np.empty((len(times), u.shape[1]))
+    for i, kind in enumerate(between):
+        if kind == "held":
+            out[:, i] = np.repeat(u[:, i], fine)
+        elif kind == "linear":
+            out[:, i] = np.interp(times, np.arange(len(u)), u[:, i])
+        else:
+            whole = resample(u[:, i : i + 1], rate, rate * fine)[:, 0]
+            out[:, i] = np.concatenate([whole, np.full(fine - 1, whole[-1])])
+    return out, rate * fine
 
 
 def simulated(twin: Twin, model: LinearModel, u: Array, rate_hz: float) -> Motion:

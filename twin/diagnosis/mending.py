@@ -27,13 +27,13 @@ def mended(problem: Problem, faults: Sequence[ChannelFault]) -> tuple[Trial, ...
         faults: those of motors are done to what was commanded, the others undone.
     """
     names, split = (*problem.model.inputs, *problem.model.outputs), len(problem.model.inputs)
+    lines = problem.cornered & ~problem.held
     out = []
     for recording in problem.recordings:
         hidden = np.isnan(recording.y)
         table = np.hstack([recording.u, filled(recording.y)])
-        at_once = np.hstack([0 * recording.u, recording.u @ problem.feedthrough.T])
+        known = [_at_once(problem, recording.u, at) for at in (problem.held, lines)]
         columns = dict(zip(names, table.T, strict=True))
-        known = dict(zip(names, at_once.T, strict=True))
         for fault in faults:
             if fault.of_motor:
                 columns = fault.distort(columns, problem.sampling_hz)
@@ -45,22 +45,25 @@ def mended(problem: Problem, faults: Sequence[ChannelFault]) -> tuple[Trial, ...
     return tuple(out)
 
 
+def _at_once(problem: Problem, u: Array, some: NDArray[np.bool_]) -> dict[str, Array]:
+    """Return what some of the inputs do to the outputs at once, output -> (samples,)."""
+    seen = np.where(some, u, 0.0) @ problem.feedthrough.T
+    return dict(zip(problem.model.outputs, seen.T, strict=True))
+
+
 def _undone(
-    problem: Problem, fault: ChannelFault, columns: dict[str, Array], known: dict[str, Array]
+    problem: Problem, fault: ChannelFault, columns: dict[str, Array], known: list[dict[str, Array]]
 ) -> dict[str, Array]:
-    """Return the channels without a fault; ``known`` is what the inputs do to them at once."""
-    if problem.between == "band_limited":
+    """Return the channels without a fault; held and straight inputs do ``known`` at once."""
+    held, lines = known
+    if not np.any(problem.cornered) or not set(fault.channels) <= set(held):
         return fault.undo(columns, problem.sampling_hz)
-    spoiled = {n: _at(problem, known[n], fault) for n in fault.channels}
-    rest = {n: x - spoiled[n] if n in spoiled else x for n, x in columns.items()}
-    rest = fault.undo(rest, problem.sampling_hz)
-    return {n: x + known[n] if n in spoiled else x for n, x in rest.items()}
-
-
-def _at(problem: Problem, x: Array, fault: ChannelFault) -> Array:
-    """Return a signal as it was at the moments that were recorded, (samples,)."""
-    time = np.asarray(np.arange(len(x)) * problem.step_s, float)
+    samples = len(next(iter(columns.values())))
+    time = np.asarray(np.arange(samples) * problem.step_s, float)
     at = fault.moment(time) / problem.step_s
-    if problem.between == "held":
-        return np.asarray(x[np.clip(np.floor(at).astype(int), 0, len(x) - 1)])
-    return np.asarray(np.interp(at, np.arange(len(x)), x))
+    before = np.clip(np.floor(at).astype(int), 0, samples - 1)
+    rest = dict(columns)
+    for n in fault.channels:
+        rest[n] = rest[n] - held[n][before] - np.interp(at, np.arange(samples), lines[n])
+    rest = fault.undo(rest, problem.sampling_hz)
+    return {n: x + held[n] + lines[n] if n in fault.channels else x for n, x in rest.items()}

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnosis.between import BETWEEN, choose
+from twin.diagnosis.between import choose, in_words
 from twin.diagnosis.comparison import compare
 from twin.diagnosis.detection import detect
 from twin.diagnosis.exported import base_mechanisms
@@ -183,4 +183,4 @@ def _where(scores: Sequence[Score], problem: Problem) -> dict[str, float]:
 def _notes(ready: Prepared, problem: Problem, judged: Judgement) -> tuple[str, ...]:
     lacking = [f"{f.mechanism.name}: {f.mechanism.mjcf}" for f in judged.findings
                if f.mechanism.mjcf]  # fmt: skip
-    return (*ready.notes, BETWEEN[problem.between], *lacking, *judged.notes)
+    return (*ready.notes, in_words(problem), *lacking, *judged.notes)

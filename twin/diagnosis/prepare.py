@@ -12,7 +12,7 @@ from twin.channel import bare
 from twin.contract import names_in
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.nominal import checked, with_known
-from twin.diagnosis.problem import Measured, Problem
+from twin.diagnosis.problem import Between, Measured, Problem
 from twin.diagnosis.read_off import ReadOff, read_off
 from twin.errors import RecordingError, available
 from twin.estimation.likelihood import passes
@@ -113,8 +113,9 @@ def prepare(
     read = read_off(measured, model, kinds, rate)
     measured = [m for m, _ in read]
     notes += [_hidden(f) for _, found in read for f in found if f.hidden]
+    filtered: tuple[Between, ...] = tuple("band_limited" for _ in inputs)
     problems = [
-        _scaled(Problem(model, tuple(part), rate, tolerance, damping_tolerance, "band_limited",
+        _scaled(Problem(model, tuple(part), rate, tolerance, damping_tolerance, filtered,
                         np.zeros((len(part), len(model.coordinates)))))
         for part in (measured[: len(train)], measured[len(train) :])
     ]  # fmt: skip

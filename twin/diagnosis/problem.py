@@ -85,7 +85,7 @@ class Problem:
         sampling_hz: samples per second.
         tolerance: prior deviation of stiffnesses and masses, as a share.
         damping_tolerance: the same of modal dampings.
-        between: what the inputs do between samples.
+        between: what each input does between samples, (r,).
         scale: RMS of the modal displacements of each recording, (recordings, n); the state before
             the first sample is taken as of that size.
         known: mechanisms that the model itself holds, with its values: part of every hypothesis.
@@ -97,7 +97,7 @@ class Problem:
     sampling_hz: float
     tolerance: float
     damping_tolerance: float
-    between: Between
+    between: tuple[Between, ...]
     scale: Array
     known: tuple[Mechanism, ...] = ()
     known_scales: Scales | None = None
@@ -115,7 +115,12 @@ class Problem:
     @property
     def held(self) -> NDArray[np.bool_]:
         """Which inputs are held from sample to sample, (r,)."""
-        return np.full(len(self.model.inputs), self.between == "held")
+        return np.array([kind == "held" for kind in self.between])
+
+    @property
+    def cornered(self) -> NDArray[np.bool_]:
+        """Which inputs have corners at the samples: all that are not band-limited, (r,)."""
+        return np.array([kind != "band_limited" for kind in self.between])
 
     @cached_property
     def trials(self) -> tuple[Trial, ...]:
@@ -126,11 +131,11 @@ class Problem:
         """Return samples as the likelihood sees them: inputs (samples, r), outputs (samples, m)."""
         known = np.array(y)
         known[len(y) - EDGE :] = np.nan
-        if self.between != "band_limited":
+        if np.all(self.cornered):
             return Trial(u, u, known, self.step_s)
         # to first order what the lines miss is what the nominal twin misses
-        known -= hold_error(self.model, u, self.step_s)
-        return Trial(u, prefiltered(u), known, self.step_s)
+        known -= hold_error(self.model, np.where(self.cornered, 0.0, u), self.step_s)
+        return Trial(u, np.where(self.cornered, u, prefiltered(u)), known, self.step_s)
 
     @cached_property
     def feedthrough(self) -> Array:
@@ -216,13 +221,13 @@ class Problem:
     @cached_property
     def noise_gain(self) -> Array | None:
         """By what noise stirs each coordinate more than it does in steps, (n,)."""
-        return noise_gain(self.model, self.step_s) if self.between == "band_limited" else None
+        return None if np.all(self.cornered) else noise_gain(self.model, self.step_s)
 
     @cached_property
     def _damping(self) -> Array:
         """Damping matrix as it is stepped, (n, n)."""
-        band_limited = self.between == "band_limited"
-        return well_damped(self.model, self.step_s) if band_limited else self.model.R
+        stepped = np.all(self.cornered)
+        return self.model.R if stepped else well_damped(self.model, self.step_s)
 
     def base(self, z: Array) -> LinearModel:
         """Return the twin at values z of its base unknowns, (base unknowns,)."""

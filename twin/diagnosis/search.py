@@ -134,14 +134,6 @@ def search(
         best = next((e for e in better if not _ends_in_a_trifle(e)), better[0])
         best = _from_prior_noise(best)
         best = _without_needless(best, cost, tried)
-        hypothesis, found = again(best.hypothesis, best.fit)
-        if hypothesis is not best.hypothesis:
-            spent = cost * len(hypothesis.mechanisms)
-            best = Explanation(hypothesis, found, found.log_evidence - spent)
-            empty = replace(empty, problem=hypothesis.problem)
-            calibrated = fit(empty, calibrated.z)
-            nothing = Explanation(empty, calibrated, calibrated.log_evidence)
-            tried = {(): nothing}  # the others were with other inputs
         if _ends_in_a_trifle(best):
             break
         moved = motions(problem, best.hypothesis, best.fit.z)
@@ -200,14 +192,22 @@ def _fitted(
         shift |= score.shift if len(scores) == 1 else {}
     moved = z + np.array([shift.get(u.name, 0.0) for u in grown.unknowns])
     _, z, _ = likeliest(grown, [z, *beginnings(grown, moved)])
-    spent = cost * len(grown.mechanisms)
+    return _explained(grown, z, cost, top)
+
+
+def _explained(h: Hypothesis, z: Array, cost: float, top: float) -> Explanation | None:
+    """Return a set of mechanisms fitted from z, (p,), with what the inputs do between samples.
+
+    A twin that lacks it may have taken them for something else.
+    """
+    spent = cost * len(h.mechanisms)
     try:
-        full = fit(grown, z, hopeless=top + spent)
+        h, found = again(h, fit(h, z, hopeless=top + spent))
     except (ValueError, np.linalg.LinAlgError):
         return None
-    if not np.isfinite(full.log_evidence):
+    if not np.isfinite(found.log_evidence):
         return None
-    return Explanation(grown, full, full.log_evidence - spent)
+    return Explanation(h, found, found.log_evidence - spent)
 
 
 def _without_needless(
@@ -249,9 +249,4 @@ def dropped(
             then = dict(zip((u.name for u in e.hypothesis.unknowns), e.fit.z, strict=True))
             options.append(np.array([then.get(u.name, known[u.name]) for u in fewer.unknowns]))
     _, z, _ = likeliest(fewer, options)
-    spent = cost * len(fewer.mechanisms)
-    try:
-        found = fit(fewer, z, hopeless=best.log_odds + spent)
-    except (ValueError, np.linalg.LinAlgError):
-        return None
-    return Explanation(fewer, found, found.log_evidence - spent)
+    return _explained(fewer, z, cost, best.log_odds)

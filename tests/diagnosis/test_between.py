@@ -1,0 +1,55 @@
+"""What inputs do between samples: measured forces and a motor's commands are asked for apart."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from diagnosis_support import rng, tones
+
+from twin.diagnosis.between import again, choose, in_words
+from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.prepare import prepare
+from twin.estimation.fit import fit
+from twin.model import Twin
+from twin.recording import Recording
+
+RATE, FINE, SAMPLES = 64.0, 64, 1024
+
+
+def recorded(seed):
+    """An absorber's frame: a smooth force, a torque held for four samples, and what they do."""
+    twin = Twin.load("two_storey_absorber")
+    force = tones(SAMPLES * FINE, RATE * FINE, seed, 0.3)
+    torque = 2e-3 * np.repeat(rng(seed).standard_normal(SAMPLES // 4), 4)
+    model = twin.linear(("force_floor1", "torque_pendulum"), ("acc_floor1", "acc_floor2"))
+    moved = twin.simulate(
+        {"force_floor1": force, "torque_pendulum": np.repeat(torque, FINE)},
+        RATE * FINE, SAMPLES * FINE,
+    )  # fmt: skip
+    columns = {"force_floor1": force[::FINE], "torque_pendulum": torque}
+    for name in model.outputs:
+        noise = 1e-3 * rng(seed + 9).standard_normal(SAMPLES)
+        columns[name] = moved.column(name)[::FINE] + noise
+    return Recording.build(RATE, columns, f"seed{seed}.csv")
+
+
+@pytest.fixture(scope="module")
+def problem():
+    return prepare(Twin.load("two_storey_absorber"), [recorded(1)], [recorded(2)]).train
+
+
+def test_a_command_is_held_where_the_force_is_not(problem):
+    assert problem.model.inputs == ("force_floor1", "torque_pendulum")
+    chosen, _ = choose(problem)
+    assert chosen.between[1] == "held"
+    assert chosen.between[0] != "held"
+    assert "torque_pendulum taken as held from sample to sample" in in_words(chosen)
+
+
+def test_a_wrong_choice_is_mended_once_the_twin_fits(problem):
+    wrong = Hypothesis(replace(problem, between=("held", "linear")))
+    found, fitted = again(wrong, fit(wrong))
+    found, fitted = again(found, fitted)
+    assert found.problem.between == choose(problem)[0].between
+    same, kept = again(found, fitted)
+    assert same is found and kept is fitted
