@@ -39,41 +39,39 @@ def choose(problem: Problem) -> tuple[Problem, Array]:
 
     Band-limited unless another is better from there on.
     """
-    count = len(problem.model.inputs)
-    best: tuple[float, Problem, Array] | None = None
-    for kind in KINDS:
-        tried = replace(problem, between=(kind,) * count)
-        blank = Hypothesis(tried)
-        if best is None:
-            found = fit(blank, start_of(blank))
-            best = found.log_evidence, tried, found.z
-            continue
-        found = fit(blank, best[2], most=FEW, hopeless=best[0])
-        if found.log_evidence > best[0] + ENOUGH:
-            best = found.log_evidence, tried, found.z
-    assert best is not None
-    hypothesis = Hypothesis(best[1])
-    hypothesis, found = again(hypothesis, fit(hypothesis, best[2]))
+    blank = Hypothesis(problem)
+    hypothesis, found = again(blank, fit(blank, start_of(blank)))
     return hypothesis.problem, found.z
 
 
-def again(hypothesis: Hypothesis, found: Fit) -> tuple[Hypothesis, Fit]:
+def again(hypothesis: Hypothesis, found: Fit, steps: int = FEW) -> tuple[Hypothesis, Fit]:
     """Return a fit with other inputs between the samples where these are likelier now.
 
-    A twin that lacks much takes the inputs for what they are not. Where the likelihood at the same
-    values is greater, the fit is made again.
+    A twin that lacks much takes the inputs for what they are not. Others are fitted from where it
+    is, a few steps each, those that were measured and motors' commands in turn.
+
+    Args:
+        hypothesis: what was fitted.
+        found: its fit.
+        steps: of a fit with other inputs; with none only the likelihood at the same values counts.
     """
-    own = hypothesis.problem.between
-    likeliest, best = own, found.log_likelihood - _odds(own)
-    for between in _others(hypothesis.problem):
-        other = replace(hypothesis, problem=replace(hypothesis.problem, between=between))
-        value = evaluate(other, found.z, derivatives=False).log_likelihood
-        if value - _odds(between) > best:
-            likeliest, best = between, value - _odds(between)
-    if likeliest == own:
-        return hypothesis, found
-    other = replace(hypothesis, problem=replace(hypothesis.problem, between=likeliest))
-    return other, fit(other, found.z)
+    for group in sorted({_driven(hypothesis.problem, i) for i in hypothesis.problem.model.inputs}):
+        own = _odds(hypothesis.problem.between)
+        best = hypothesis, found, found.log_evidence - own
+        for between in _others(hypothesis.problem, group):
+            problem = replace(hypothesis.problem, between=between)
+            other = replace(hypothesis, problem=problem)
+            odds = _odds(between)
+            if not steps:
+                value = evaluate(other, found.z, derivatives=False).log_likelihood
+                if value - odds <= found.log_likelihood - own:
+                    continue
+            tried = fit(other, found.z, max(steps, 1), found.log_posterior + odds - own)
+            if tried.log_evidence - odds > best[2]:
+                best = other, tried, tried.log_evidence - odds
+        if best[0] is not hypothesis:
+            hypothesis, found = best[0], fit(best[0], best[1].z)
+    return hypothesis, found
 
 
 def in_words(problem: Problem) -> str:
@@ -86,17 +84,19 @@ def in_words(problem: Problem) -> str:
     return "; ".join(f"{who} taken as {KINDS[kind]}" for kind, who in names.items() if who)
 
 
-def _others(problem: Problem) -> Iterator[tuple[Between, ...]]:
-    """Yield what else the inputs could do: those that were measured, and motors' commands."""
-    driven = [name in problem.model.driven for name in problem.model.inputs]
-    for group in sorted(set(driven)):
-        for kind in KINDS:
-            tried = tuple(
-                kind if mine == group else now
-                for mine, now in zip(driven, problem.between, strict=True)
-            )
-            if tried != problem.between:
-                yield tried
+def _others(problem: Problem, driven: bool) -> Iterator[tuple[Between, ...]]:
+    """Yield what else the measured inputs, or motors' commands, could do."""
+    for kind in KINDS:
+        tried = tuple(
+            kind if _driven(problem, name) == driven else now
+            for name, now in zip(problem.model.inputs, problem.between, strict=True)
+        )
+        if tried != problem.between:
+            yield tried
+
+
+def _driven(problem: Problem, name: str) -> bool:
+    return name in problem.model.driven
 
 
 def _odds(between: Sequence[Between]) -> float:

@@ -134,6 +134,9 @@ def search(
         best = next((e for e in better if not _ends_in_a_trifle(e)), better[0])
         best = _from_prior_noise(best)
         best = _without_needless(best, cost, tried)
+        hypothesis, found = again(best.hypothesis, best.fit)
+        gained = found.log_evidence - best.fit.log_evidence
+        best = Explanation(hypothesis, found, best.log_odds + gained)
         if _ends_in_a_trifle(best):
             break
         moved = motions(problem, best.hypothesis, best.fit.z)
@@ -202,7 +205,7 @@ def _explained(h: Hypothesis, z: Array, cost: float, top: float) -> Explanation 
     """
     spent = cost * len(h.mechanisms)
     try:
-        h, found = again(h, fit(h, z, hopeless=top + spent))
+        h, found = again(h, fit(h, z, hopeless=top + spent), steps=0)
     except (ValueError, np.linalg.LinAlgError):
         return None
     if not np.isfinite(found.log_evidence):
