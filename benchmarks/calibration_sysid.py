@@ -1,11 +1,11 @@
 """Calibrating the two-storey frame: the innovations' likelihood against ``mujoco.sysid``.
 
-Both start from the same model with the same unknowns (floor masses, storey stiffnesses, a dashpot
-more or less in each storey and at the floors) and the same recordings. The rigs are those of
-``experiments.concealed`` with nothing hidden: 0.3 % off the model, made by another integrator.
-``close`` starts at the shipped model, ``hard`` at one whose storeys are 15 % too stiff. Our
-tolerance is the standard deviation of a normal prior; ``mujoco.sysid`` knows boxes only, and gets
-three of it to either side.
+Both start from the same model with the same unknowns (floor masses, storey stiffnesses, dampings:
+ours of the modes, its dashpots in the storeys and at a floor) and the same recordings. The rigs are
+those of ``experiments.concealed`` with nothing hidden: 0.3 % off the model, made by another
+integrator. ``close`` starts at the shipped model, ``hard`` at one whose storeys are 15 % too stiff.
+Our tolerance is the standard deviation of a normal prior; ``mujoco.sysid`` knows boxes only, and
+gets three of it to either side.
 
 ``sysid_peer.py`` says what a careful user of it has to do, and does it.
 
@@ -22,6 +22,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -40,16 +41,17 @@ sys.path.insert(0, str(Path(__file__).parent.parent))
 
 from experiments.concealed.case import generate
 from experiments.concealed.rig import Rig
-from twin.diagnosis.base import base_hypothesis, storey_values
-from twin.diagnosis.bench import Bench
+from twin.diagnosis.beginning import start_of
+from twin.diagnosis.exported import base_mechanisms, in_mujoco, including
+from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.predict import nrmse
 from twin.diagnosis.prepare import prepare
-from twin.diagnosis.refining import refined
-from twin.diagnosis.rig import free_runs, twin_with
+from twin.diagnosis.problem import Problem
+from twin.estimation.fit import fit
 from twin.formats import read_recording
 from twin.mechanisms.damping import Damping
 from twin.mechanisms.mass import Mass
-from twin.mechanisms.mechanism import StructuralChange
+from twin.mechanisms.mechanism import Mechanism, StructuralChange
 from twin.mechanisms.stiffness import Stiffness
 from twin.model import Twin
 from twin.recording import Recording
@@ -74,15 +76,24 @@ def model_of(factor: float) -> Twin:
     return Twin(spec.to_xml(), twin.source) if factor != 1 else twin
 
 
-def ours(bench: Bench, tolerance: float) -> list[StructuralChange]:
-    base = base_hypothesis(bench.model, tolerance, DAMPING_TOLERANCE)
-    return list(refined(bench, [base], 3e-3).hypothesis.base)
+def ours(problem: Problem) -> tuple[Mechanism, ...]:
+    hypothesis = Hypothesis(replace(problem))  # keeps nothing of a run before
+    found = fit(hypothesis, start_of(hypothesis))
+    return base_mechanisms(problem, found.z)
 
 
-def edited(model: SecondOrderModel, changes: Sequence[StructuralChange]) -> SecondOrderModel:
+def edited(model: SecondOrderModel, changes: Sequence[Mechanism]) -> SecondOrderModel:
     for change in changes:
+        assert isinstance(change, StructuralChange)
         model = change.edit(model)
     return model
+
+
+def storey_stiffnesses(model: SecondOrderModel) -> Array:
+    """Return the springs of a chain, from the bottom up [N/m]: what is seen at each drift."""
+    rows = [model.port(name) for name in model.ports if name.startswith("storey")]
+    compliance = np.linalg.inv(model.K)
+    return np.array([1 / (row @ compliance @ row) for row in rows])
 
 
 def damping_ratios(model: SecondOrderModel) -> Array:
@@ -90,9 +101,9 @@ def damping_ratios(model: SecondOrderModel) -> Array:
     return np.diag(shapes.T @ model.R @ shapes) / (2 * np.sqrt(squares))
 
 
-def true_changes(model: SecondOrderModel, rig: Rig) -> list[StructuralChange]:
+def true_changes(model: SecondOrderModel, rig: Rig) -> list[Mechanism]:
     """Return what makes the rig of the model, exactly: three dashpots hold any damping matrix."""
-    k = rig.stiffnesses - np.array(list(storey_values(model, model.K).values()))
+    k = rig.stiffnesses - storey_stiffnesses(model)
     places = ("storey1", "storey2", "floor2")
     shapes = [Damping(p, 1.0).edit(model).R - model.R for p in places]
     c = np.linalg.lstsq(
@@ -106,23 +117,23 @@ def true_changes(model: SecondOrderModel, rig: Rig) -> list[StructuralChange]:
     ]
 
 
-def errors(twin: Twin, test: Bench, changes: list[StructuralChange], rig: Rig) -> dict[str, float]:
+def errors(twin: Twin, test: Problem, changes: Sequence[Mechanism], rig: Rig) -> dict[str, float]:
     """RMS relative errors, and NRMSE of the free run on the unseen recordings."""
-    found = edited(test.model, changes)
-    k = np.array(list(storey_values(found, found.K).values()))
+    found = edited(twin.second_order(), changes)
 
     def off(values: Array, true: Sequence[float]) -> float:
         return float(np.sqrt(np.mean((values / np.array(true) - 1) ** 2)))
 
-    run = nrmse(test.trials, free_runs(twin_with(twin, changes), test, workers=1))
+    changed = including(twin, changes)
+    runs = [in_mujoco(changed, test, recording) for recording in test.recordings]
     return dict(
         zip(
             ERRORS,
             (
                 off(np.diag(found.M), rig.masses),
-                off(k, rig.stiffnesses),
+                off(storey_stiffnesses(found), rig.stiffnesses),
                 off(damping_ratios(found), rig.damping_ratios),
-                run,
+                nrmse([recording.y for recording in test.recordings], runs),
             ),
             strict=True,
         )
@@ -145,19 +156,18 @@ def one(number: int, start: str, folder: Path, seconds: float, most: int) -> dic
     train = [shortened(r, seconds) for n, r in recordings.items() if n.startswith("train")]
     factor, tolerance = STARTS[start]
     twin = model_of(factor)
-    ready = prepare(twin, train, [r for n, r in recordings.items() if n.startswith("test")])
-    times, notes = [], {}
+    test = [r for n, r in recordings.items() if n.startswith("test")]
+    ready = prepare(twin, train, test, tolerance, DAMPING_TOLERANCE)
+    times, notes = [], dict[str, Any]()
     for _ in range(2):
         begin = time.process_time()
-        mine = ours(ready.train, tolerance)
+        mine = ours(ready.train)
         times.append(time.process_time() - begin)
         if len(times) == 1:
             begin = time.process_time()
-            other, notes = sysid_peer.calibrated(
-                twin, ready.train, tolerance, DAMPING_TOLERANCE, most
-            )
+            other, notes = sysid_peer.calibrated(twin, ready.train, ready.train.recordings, most)
             spent = time.process_time() - begin
-    exact = true_changes(ready.test.model, rig)
+    exact = true_changes(twin.second_order(), rig)
     return {
         "rig": number,
         "start": start,

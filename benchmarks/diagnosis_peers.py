@@ -35,6 +35,7 @@ from rich.table import Table
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 
+from twin.arrays import filled
 from twin.diagnosis.prepare import Prepared, prepare
 from twin.errors import TwinError
 from twin.files import write_whole
@@ -64,17 +65,20 @@ def ready_of(folder: Path) -> Prepared:
     roles = ("train", "test")
     train, test = ([r for n, r in read.items() if n.startswith(role)] for role in roles)
     ready = prepare(Twin.load(MODEL), train, test)
-    trial = ready.train.trials[0]
+    model = ready.train.model
     allowed = {"force_floor1", "force_floor2", "acc_floor1", "acc_floor2"}
-    if set(trial.inputs + trial.outputs) - allowed or len(trial.outputs) < 2:
+    if set(model.inputs + model.outputs) - allowed or len(model.outputs) < 2:
         raise TwinError(f"{folder.name}: not forces on and accelerations of two floors")
     return ready
 
 
 def case_of(ready: Prepared) -> Case:
-    first = ready.train.trials[0]
-    train, test = ([(t.u, t.y) for t in b.trials] for b in (ready.train, ready.test))
-    return Case(first.sampling_hz, first.inputs, first.outputs, train, test)
+    """What is left out of a channel is interpolated: the peers know of no gaps."""
+    train, test = (
+        [(r.u, filled(r.y)) for r in problem.recordings] for problem in (ready.train, ready.test)
+    )
+    model = ready.train.model
+    return Case(ready.train.sampling_hz, model.inputs, model.outputs, train, test)
 
 
 def by_process(peer: str, python: str, ready: Prepared) -> dict[str, Any]:

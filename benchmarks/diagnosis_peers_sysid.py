@@ -9,59 +9,74 @@ of every floor that was driven is fitted, from rest to ``SECONDS``, for the time
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import sysid_peer
 
-from twin.diagnosis.base import base_hypothesis
-from twin.diagnosis.bench import Bench
-from twin.diagnosis.predict import ahead, nrmse
+from twin.diagnosis.beginning import start_of
+from twin.diagnosis.exported import in_mujoco, including
+from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.predict import nrmse, placed, stages
 from twin.diagnosis.prepare import Prepared
-from twin.diagnosis.rig import free_runs, twin_with
-from twin.diagnosis.trials import Trial
-from twin.mechanisms.mechanism import StructuralChange
+from twin.diagnosis.problem import Measured, Problem
+from twin.estimation.fit import fit
 
 TOLERANCE, DAMPING_TOLERANCE = 0.15, 1.0
 """Wide: without a word for what is missing, its parameters have to take it up."""
 SECONDS, MOST = 8.0, 40
 FAR = 3.0
+LOST = 1e3
+"""NRMSE of a motion that diverges."""
 
 
-def farthest(bench: Bench, changes: list[StructuralChange]) -> dict[str, str] | None:
-    """Return the parameter that left its tolerance by most, as mechanism and place."""
-    usual = base_hypothesis(bench.model)
-    std = {(m.name, m.place): s for m, s in zip(usual.base, usual.tolerance, strict=True)}
-    off = {(c.name, c.place): abs(c.values["change"]) / std[c.name, c.place] for c in changes}
-    name, place = max(off, key=lambda key: off[key])
-    return {"mechanism": name, "location": place} if off[name, place] > FAR else None
+def farthest(usual: Problem, changes: Sequence[sysid_peer.Change]) -> dict[str, str] | None:
+    """Return the parameter that left its usual tolerance by most, as mechanism and place."""
+    std = {u.name: u.tolerance * u.unit for u in sysid_peer.unknowns(usual)}
+    off = [abs(c.change) / std[f"{c.name} {c.place}"] for c in changes]
+    most = int(np.argmax(off))
+    first = changes[most]
+    return {"mechanism": first.name, "location": first.place} if off[most] > FAR else None
 
 
-def shortened(trial: Trial) -> Trial:
-    count = min(trial.samples, round(SECONDS * trial.sampling_hz))
-    return replace(trial, u=trial.u[:count], y=trial.y[:count])
+def ones_of_each_drive(problem: Problem) -> list[Measured]:
+    """Return the beginning of one recording of every combination of inputs that was driven."""
+    count = round(SECONDS * problem.sampling_hz)
+    kept: dict[tuple[bool, ...], Measured] = {}
+    for r in problem.recordings:
+        kept.setdefault(tuple(r.driven.tolist()), replace(r, u=r.u[:count], y=r.y[:count]))
+    return list(kept.values())
+
+
+def ahead(ready: Prepared, changes: Sequence[sysid_peer.Change]) -> float:
+    """Return the NRMSE two seconds ahead, from states that our predictor estimates.
+
+    Its noise levels are those that make the changed model likeliest.
+    """
+    changed = replace(ready.train, known=(*ready.train.known, *changes))
+    hypothesis = Hypothesis(changed)
+    noisy = np.array([unknown.role == "noise" for unknown in hypothesis.unknowns])
+    found = fit(hypothesis, start_of(hypothesis), free=noisy)
+    beside = stages(*placed(hypothesis, found.z, ready.test))
+    return nrmse([r.y for r in ready.test.recordings], [stage.ahead() for stage in beside])
 
 
 def job(ready: Prepared) -> dict[str, Any]:
-    trials: dict[tuple[bool, ...], Trial] = {}
-    for trial in ready.train.trials:
-        trials.setdefault(tuple((trial.u != 0).any(axis=0)), shortened(trial))
-    bench: Bench = replace(ready.train, trials=tuple(trials.values()))
+    usual, recordings = ready.train, ready.test.recordings
+    wide = replace(usual, tolerance=TOLERANCE, damping_tolerance=DAMPING_TOLERANCE)
     begin = time.process_time()
-    changes, notes = sysid_peer.calibrated(
-        ready.twin, bench, TOLERANCE, DAMPING_TOLERANCE, MOST
-    )  # fmt: skip
+    changes, notes = sysid_peer.calibrated(ready.twin, wide, ones_of_each_drive(wide), MOST)
     seconds = time.process_time() - begin
-    base = base_hypothesis(bench.model, TOLERANCE, DAMPING_TOLERANCE)
-    fitted = replace(base, base=tuple(changes), tolerance=base.tolerance[: len(changes)])
-    free = free_runs(twin_with(ready.twin, changes), ready.test, workers=1)
-    finite = nrmse(ready.test.trials, free)
-    slack = 0.02
+    changed = including(ready.twin, changes)
+    runs = [in_mujoco(changed, ready.test, recording) for recording in recordings]
+    free = nrmse([recording.y for recording in recordings], runs)
     return {
-        "free": finite if finite < 1e3 else None,
-        "ahead": nrmse(ready.test.trials, ahead(ready.test, fitted, slack)),
+        "free": free if free < LOST else None,
+        "ahead": ahead(ready, changes),
         "at_bound": notes["at_bound"],
         "iterations": notes["iterations"],
-        "says": farthest(bench, changes),
+        "says": farthest(usual, changes),
         "seconds": round(seconds, 2),
     }

@@ -20,18 +20,17 @@ import mujoco
 import numpy as np
 from mujoco import sysid
 
-from twin.diagnosis.base import base_hypothesis
-from twin.diagnosis.bench import Bench
-from twin.diagnosis.trials import Trial
+from twin.arrays import filled
+from twin.diagnosis.exported import dashpots
+from twin.diagnosis.problem import Measured, Problem
 from twin.mechanisms.damping import Damping
 from twin.mechanisms.mass import Mass
-from twin.mechanisms.mechanism import StructuralChange
 from twin.mechanisms.stiffness import Stiffness
 from twin.model import Twin
-from twin.second_order import SecondOrderModel
 from twin.signals.resampling import resample
 
 Array = np.ndarray
+Change = Stiffness | Mass | Damping
 FINE = 4
 """Steps of a simulation in one sampling interval, as in our own free runs."""
 WIDE = 3.0
@@ -40,9 +39,16 @@ WIDE = 3.0
 
 @dataclass(frozen=True)
 class Unknown:
-    """One of the unknowns: a change, and what it is counted in."""
+    """A change of the model that is looked for.
 
-    change: type[StructuralChange]
+    Attributes:
+        change: what kind of change.
+        place: port or body.
+        unit: what the model has there [N/m, kg, N s/m]: a share of it is the parameter.
+        tolerance: prior deviation of that share.
+    """
+
+    change: type[Stiffness] | type[Mass] | type[Damping]
     place: str
     unit: float
     tolerance: float
@@ -52,19 +58,30 @@ class Unknown:
         """Of its parameter."""
         return f"{self.change.name} {self.place}"
 
+    def at(self, share: float) -> Change:
+        """Return the change that is a share of what the model has there."""
+        return self.change(self.place, change=share * self.unit)
 
-def unknowns(model: SecondOrderModel, tolerance: float, damping_tolerance: float) -> list[Unknown]:
-    """Return the unknowns of ``base_hypothesis``, each in units of what the model has there.
 
-    A dashpot at the first floor is one in the first storey once more: it is left out.
+def unknowns(problem: Problem) -> list[Unknown]:
+    """Return the unknowns of our calibration, as a user writes them into an MJCF.
+
+    Ours has the dampings of the modes; here there are as many dashpots as hold any damping matrix.
     """
-    base = base_hypothesis(model, tolerance, damping_tolerance)
-    out = []
-    for change, std in zip(base.base, base.tolerance, strict=True):
-        share = damping_tolerance if isinstance(change, Damping) else tolerance
-        if not (isinstance(change, Damping) and change.place == "floor1"):
-            out.append(Unknown(type(change), change.place, std / share, share))
-    return out
+    model = problem.model
+    compliance = np.linalg.inv(model.R)
+
+    def seen(place: str) -> float:
+        row = model.port(place)
+        return float(1 / (row @ compliance @ row))
+
+    places = [dashpot.place for dashpot in dashpots(model, model.R)]
+    loose = problem.damping_tolerance
+    return [
+        *(Unknown(Stiffness, name, k, problem.tolerance) for name, _, k in problem.stiffnesses),
+        *(Unknown(Mass, name, body.mass, problem.tolerance) for name, body in problem.masses),
+        *(Unknown(Damping, place, seen(place), loose) for place in places),
+    ]
 
 
 def lean_spec(twin: Twin, wanted: Sequence[Unknown], step_s: float) -> mujoco.MjSpec:
@@ -102,34 +119,48 @@ def modifier(unknown: Unknown) -> Any:
     return write
 
 
-def sequences(spec: mujoco.MjSpec, trials: Sequence[Trial], step_s: float) -> sysid.ModelSequences:
-    """Return the recordings: the force's slope at the step's rate, accelerations as they are."""
+def sequences(
+    spec: mujoco.MjSpec, problem: Problem, recordings: Sequence[Measured], step_s: float
+) -> sysid.ModelSequences:
+    """Return the recordings: the force's slope at the step's rate, accelerations as they are.
+
+    A sample that is left out would make the residual NaN: it is interpolated.
+    """
     model = spec.compile()
+    inputs, rate = problem.model.inputs, problem.sampling_hz
     states, controls, seen = [], [], []
-    for trial in trials:
-        force = np.zeros((trial.samples, model.nu))
+    for recording in recordings:
+        samples = len(recording.y)
+        force = np.zeros((samples, model.nu))
         for i in range(model.nu):
-            if model.actuator(i).name in trial.inputs:
-                force[:, i] = trial.u[:, trial.inputs.index(model.actuator(i).name)]
-        fine = resample(force, trial.sampling_hz, trial.sampling_hz * FINE)
+            if model.actuator(i).name in inputs:
+                force[:, i] = recording.u[:, inputs.index(model.actuator(i).name)]
+        fine = resample(force, rate, rate * FINE)
         slope = np.vstack([np.diff(fine, axis=0) / step_s, np.zeros((2, model.nu))])
         controls.append(sysid.TimeSeries(step_s * np.arange(len(slope)), slope))
         states.append(sysid.create_initial_state(model, np.zeros(2), np.zeros(2), fine[0]))
-        xyz = np.zeros((trial.samples, model.nsensordata))
-        for name, column in zip(trial.outputs, trial.y.T, strict=True):
+        xyz = np.zeros((samples, model.nsensordata))
+        for name, column in zip(problem.model.outputs, filled(recording.y).T, strict=True):
             xyz[:, model.sensor(name).adr[0]] = column
-        times = np.arange(trial.samples) / trial.sampling_hz
+        times = np.arange(samples) / rate
         seen.append(sysid.TimeSeries.from_names(times, xyz, model))
-    names = [trial.name for trial in trials]
+    names = [recording.name for recording in recordings]
     return sysid.ModelSequences("frame", spec, names, states, controls, seen)
 
 
 def calibrated(
-    twin: Twin, bench: Bench, tolerance: float, damping_tolerance: float, most: int
-) -> tuple[list[StructuralChange], dict[str, Any]]:
-    """Return the changes of the model that it finds, and how it got there."""
-    step_s = bench.step_s / FINE
-    wanted = unknowns(bench.model, tolerance, damping_tolerance)
+    twin: Twin, problem: Problem, recordings: Sequence[Measured], most: int
+) -> tuple[list[Change], dict[str, Any]]:
+    """Return the changes of the model that it finds, and how it got there.
+
+    Args:
+        twin: the model.
+        problem: what is known of it and how well.
+        recordings: those of the problem that are fitted, or parts of them.
+        most: iterations.
+    """
+    step_s = problem.step_s / FINE
+    wanted = unknowns(problem)
     params = sysid.ParameterDict()
     for u in wanted:
         reach = WIDE * u.tolerance
@@ -149,13 +180,13 @@ def calibrated(
             sysid.TimeSeries(measured.times, seen),
         )
 
-    data = sequences(lean_spec(twin, wanted, step_s), bench.trials, step_s)
+    data = sequences(lean_spec(twin, wanted, step_s), problem, recordings, step_s)
     residual = sysid.build_residual_fn(models_sequences=[data], modify_residual=only_x, n_threads=1)
     found, result = sysid.optimize(
         params, residual, verbose=False, max_iters=most, output=io.StringIO()
     )
     objective = result.extras["objective"]
     shares = {u.name: float(found[u.name].value[0]) for u in wanted}
-    changes = [u.change(u.place, change=shares[u.name] * u.unit) for u in wanted]
     at_bound = [u.name for u in wanted if abs(shares[u.name]) > 0.999 * WIDE * u.tolerance]
+    changes = [u.at(shares[u.name]) for u in wanted]
     return changes, {"iterations": len(objective) - 1, "at_bound": at_bound}
