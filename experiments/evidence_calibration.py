@@ -25,11 +25,10 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
+from twin.diagnosis.beginning import added, moved_to, start_of  # noqa: E402
 from twin.diagnosis.candidates import Candidate, priors_of, scales_of, surroundings  # noqa: E402
 from twin.diagnosis.hypothesis import Hypothesis  # noqa: E402
 from twin.diagnosis.problem import Measured, Motion, Problem  # noqa: E402
-from twin.diagnosis.screening import added, moved_to  # noqa: E402
-from twin.diagnosis.search import start_of  # noqa: E402
 from twin.estimation.fit import Fit, fit  # noqa: E402
 from twin.estimation.kalman import gains  # noqa: E402
 from twin.estimation.likelihood import evaluate  # noqa: E402
