@@ -54,9 +54,8 @@ GROUPS = (
 FIRST_WORDS = {
     "reading": "reading",
     "calibrating": "calibrating",
-    "locating": "locating and screening",
     "judging": "judging",
-    "simulating": "simulating",
+    "predicting": "simulating",
     "drawing": "drawing",
 }
 
@@ -75,14 +74,22 @@ TESTS: tuple[tuple[str, Excitation, str], ...] = (
 )
 
 
+def group_of(step: str) -> str:
+    """Return the group of a step; what is fitted after the first mechanism is a further one."""
+    first, *more = step.split()
+    if first != "search":  # "search step 1: fitting ..."
+        return FIRST_WORDS[first]
+    number, what = more[1].rstrip(":"), more[2]
+    if what == "screening":
+        return "locating and screening"
+    return "fitting" if number == "1" else "further mechanism"
+
+
 def grouped(steps: Mapping[str, float]) -> dict[str, float]:
-    """Add the steps up; what is fitted after the search went on belongs to the further one."""
+    """Add the steps up."""
     out = dict.fromkeys(GROUPS, 0.0)
-    further = False
     for name, seconds in steps.items():
-        further = further or name.startswith("looking")
-        group = FIRST_WORDS.get(name.split()[0])
-        out[group or ("further mechanism" if further else "fitting")] += seconds
+        out[group_of(name)] += seconds
     return out
 
 
