@@ -173,7 +173,7 @@ def errors(found: Diagnosis) -> dict[str, dict[str, float]]:
     for trace in (t for t in found.traces if t.role == "test"):
         kept = slice(PERIOD, None) if "multisine" in trace.name else slice(None)
         out[trace.name] = {
-            name: float(np.sqrt(np.mean((getattr(trace, name) - trace.measured)[kept] ** 2)))
+            name: float(np.sqrt(np.nanmean((getattr(trace, name) - trace.measured)[kept] ** 2)))
             for name in ("calibrated", "explained")
         }
     return out

@@ -25,6 +25,7 @@ sys.path.insert(0, str(ROOT))
 from experiments.concealed.case import case_name, generate  # noqa: E402
 from experiments.concealed.tables import combination_of, combinations  # noqa: E402
 from twin.diagnosis.pipeline import diagnose  # noqa: E402
+from twin.diagnosis.predict import nrmse  # noqa: E402
 from twin.diagnosis.result import Diagnosis, Trace  # noqa: E402
 from twin.files import write_whole  # noqa: E402
 from twin.formats import read_recording  # noqa: E402
@@ -86,16 +87,16 @@ def draw(found: Diagnosis, truth: dict[str, object]) -> Figure:
 
 
 def _recording(ax: Axes, trace: Trace, which: str, colour: str) -> None:
-    column = int(np.argmax(np.std(trace.calibrated - trace.measured, axis=0)))
+    column = int(np.argmax(np.nanstd(trace.calibrated - trace.measured, axis=0)))
     # where the calibrated twin is worst, in both pictures
-    power = np.sum((trace.calibrated - trace.measured) ** 2, axis=1)
+    power = np.nansum((trace.calibrated - trace.measured) ** 2, axis=1)
     length = round(WINDOW_S * trace.sampling_hz)
     start = int(np.argmax(np.convolve(power, np.ones(length), "valid")))
     part = slice(start, start + length)
     time = np.arange(len(trace.measured))[part] / trace.sampling_hz
     ax.plot(time, trace.measured[part, column], color=MEASURED, lw=3.5, label="measured")
     signal = getattr(trace, which)
-    error = np.sqrt(np.mean((signal - trace.measured) ** 2) / np.mean(trace.measured**2))
+    error = nrmse([trace.measured], [signal])
     label = f"{which} twin, running freely: error {100 * error:.2g} %"
     ax.plot(time, signal[part, column], color=colour, lw=1.3, label=label)
     ax.set_xlabel("time [s]")

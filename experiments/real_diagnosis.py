@@ -44,7 +44,8 @@ SEEN, UNSEEN = slice(1, 6), slice(6, 9)
 
 
 def rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(np.abs(values) ** 2)))
+    """Return the RMS; samples that are left out (NaN) do not count."""
+    return float(np.sqrt(np.nanmean(np.abs(values) ** 2)))
 
 
 def f16(data: Path) -> dict[str, Any]:
