@@ -101,20 +101,25 @@ def test_without_a_law_a_weak_spring_is_not_negligible(problem):
     assert is_negligible(h, found) == [False]
 
 
-def test_an_instrument_is_as_good_as_its_calibration(problem):
+def test_beside_something_else_an_instrument_is_as_good_as_its_calibration(problem):
+    spring = Stiffness("storey1", 20.0)
     for gain, small in ((1.004, True), (0.996, True), (1.006, False)):
         for channel in ("acc_floor1", "force_floor2"):
-            h = hypothesis(problem, SensorGain(channel, gain))
+            h = hypothesis(problem, spring, SensorGain(channel, gain))
             found = fit(h, most=1, free=np.zeros(len(h.unknowns), bool))
-            assert is_negligible(h, found) == [small], (gain, channel)
+            assert is_negligible(h, found) == [False, small], (gain, channel)
+            alone = hypothesis(problem, SensorGain(channel, gain))
+            found = fit(alone, most=1, free=np.zeros(len(alone.unknowns), bool))
+            assert is_negligible(alone, found) == [False], (gain, channel)
 
 
 def test_an_error_added_to_a_channel_is_measured_by_its_reading(problem):
     level = problem.readings["acc_floor2"]
     for share, small in ((0.004, True), (0.006, False)):
-        h = hypothesis(problem, SensorUnexplained("acc_floor2", share * level, 1.0))
+        error = SensorUnexplained("acc_floor2", share * level, 1.0)
+        h = hypothesis(problem, Stiffness("storey1", 20.0), error)
         found = fit(h, most=1, free=np.zeros(len(h.unknowns), bool))
-        assert is_negligible(h, found) == [small]
+        assert is_negligible(h, found) == [False, small]
 
 
 def test_beside_an_unmeasured_force_what_its_spectrum_may_hide_is_negligible(problem):

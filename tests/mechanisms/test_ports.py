@@ -179,12 +179,14 @@ def test_what_sits_on_a_motor_is_offered_where_one_drives_a_joint():
     model = absorber.linear(["force_floor2", "torque_pendulum"], ["angle_pendulum"])
     for chain in (model, absorber.second_order()):
         assert mechanisms.places(friction, chain, {}) == ["pendulum"]
+        # and under one name only
+        assert "pendulum" not in mechanisms.places(ALL["coulomb_friction"], chain, {})
         assert mechanisms.places(delay, chain, {}) == ["torque_pendulum"]
     # friction along a slide has one name
     assert mechanisms.places(friction, linear("drive"), {}) == []
     assert "slide" in mechanisms.places(ALL["coulomb_friction"], linear("drive"), {})
     assert mechanisms.places(delay, linear("drive"), {}) == ["force"]
-    assert friction.units("m") == {"torque": "N"}
+    assert friction.units("m") == {"torque": "N", "regular_rate": "m/s"}
     assert mechanisms.places(delay, linear("portal_3d"), {}) == []
     rubbing = load("drive").including(friction("slide", 20.0))
     assert rubbing.compile().dof_frictionloss[0] == 20.0

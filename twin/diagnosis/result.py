@@ -169,7 +169,7 @@ class Diagnosis(Presentable):
         calibration: deviations of masses, stiffnesses and dampings that stayed within tolerance.
         fit: free runs over whole recordings.
         fit_ahead: windows of two seconds from the state estimated before.
-        where: gain in log likelihood of a latent force at every place.
+        where: the most that the screening promises of a mechanism at each port [nat].
         detection: one an output channel.
         screening: all candidates: mechanism, place, promised gain in log likelihood.
         force: pictures of the missing force, the located place first.

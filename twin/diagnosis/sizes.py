@@ -4,7 +4,8 @@ The size of what acts on the structure is the RMS of its modal force |p f|, that
 fault the RMS of what it changes in its channel. No law is exact: beside one, what is smaller than
 the discrepancy, or than the share of the laws' own forces that a discrepancy is expected to have,
 is nobody's finding, however much evidence many samples make of it. The spectrum of an unmeasured
-force is known much less well than a law. And an instrument is as good as its calibration.
+force is known much less well than a law. Beside any of them an instrument that is within its
+calibration is not told from their form; by itself it is.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ Array = NDArray[np.float64]
 
 CALIBRATED = 0.005
 """Share of its reading to which an instrument is calibrated at best (ISO 16063-21): what distorts
-it by less is no fault."""
+it by less is no fault beside something else."""
 
 SPECTRUM_SHARE = float(np.sqrt(2) - 1)
 """Share of an unmeasured force by which it is inexact: 3 dB, by which a resonance's spectrum is off
@@ -96,6 +97,7 @@ def negligible(
     model, problem = hypothesis.problem.model, hypothesis.problem
     mechanisms = hypothesis.at(fit.z)
     count = len(_edits(hypothesis, fit.z)[1][-1].coordinates)
+    beside_others = not all(isinstance(m, ChannelFault) for m in mechanisms)
     out = []
     for index, (mechanism, size) in enumerate(zip(mechanisms, sizes, strict=True)):
         left = inexact(mechanisms, sizes, index)
@@ -105,7 +107,7 @@ def negligible(
                 left = max(left, level * float(np.linalg.norm(model.port(port))))
         if isinstance(mechanism, StructuralChange) and mechanism.verdict == "parameter":
             left = max(left, _scatter(problem, mechanism, count, beside))
-        if isinstance(mechanism, ChannelFault) and _calibrated(mechanism, model, beside):
+        if beside_others and _calibrated(mechanism, model, beside):
             out.append(True)
         elif size is not None:
             out.append(0.0 < size < left)
@@ -150,11 +152,11 @@ def inexact(mechanisms: Sequence[Mechanism], sizes: Sequence[float | None], inde
     return float(np.linalg.norm(left))
 
 
-def _calibrated(fault: ChannelFault, model: LinearModel, beside: Sequence[Stage]) -> bool:
+def _calibrated(fault: Mechanism, model: LinearModel, beside: Sequence[Stage]) -> bool:
     """Return whether a fault distorts its channels by less than a calibration is good for."""
-    instrument = fault.instrument(1.0)
-    if fault.of_motor or not fault.parameters:
+    if not isinstance(fault, ChannelFault) or fault.of_motor or not fault.parameters:
         return False
+    instrument = fault.instrument(1.0)
     pairs = [_altered_by(fault, s, name, model) for name in fault.channels for s in beside]
     if instrument is not None and instrument.G.size:  # it adds what has no one history
         added = float(np.sqrt(np.max(np.diag(instrument.C @ instrument.start @ instrument.C.T))))

@@ -91,7 +91,9 @@ def places(
         # a slide's dry friction is a force along it, as that of any joint
         joints = model.driven.values()
         return [name for name in joints if model.ports[name].unit == cls.port_unit]
-    found = list(model.places(cls.on))
+    better = [p for other in _found().values() if other.also_named == cls.name
+              for p in places(other, model, channels)]  # fmt: skip
+    found = [place for place in model.places(cls.on) if place not in better]
     if issubclass(cls, Disturbance):
         found += [place for place in model.places("base") if place not in found]
     return found

@@ -65,6 +65,8 @@ class Mechanism(ABC):
     """What the exported MJCF cannot hold of it, or empty."""
     generic: ClassVar[bool] = False
     """True for what stands for no physics of its own and is tried only when nothing else fits."""
+    also_named: ClassVar[str] = ""
+    """The mechanism that it is by another name: at its places, that one is not looked for."""
     stage: ClassVar[int] = 1
     """Mechanisms of a lower stage edit first: masses and the base before what depends on them."""
     valleys: ClassVar[int] = 1

@@ -23,10 +23,8 @@ def law(drift: Any, rate: Any, memory: Any, time: Any, torque: Any, regular_rate
 class PendulumFriction(Law):
     """Torque = T sign(rate) in a driven joint; as mathematics T tanh(rate/regular_rate).
 
-    Here ``drift`` is the angle [rad] and ``rate`` its rate [rad/s].
-
-    Attributes:
-        regular_rate: rate below which the torque falls off [rad/s]; not fitted.
+    Here ``drift`` is the angle [rad] and ``rate`` its rate [rad/s]. The width of the change of sign
+    is fitted, as that of ``coulomb_friction`` is.
 
     Source: Coulomb 1785.
     """
@@ -35,7 +33,11 @@ class PendulumFriction(Law):
     verdict: ClassVar = "missing_physics"
     on: ClassVar = "actuator"
     port_unit: ClassVar[str] = "rad"
-    parameters: ClassVar = {"torque": Parameter("N m", "that resists turning", "log")}
+    parameters: ClassVar = {
+        "torque": Parameter("N m", "that resists turning", "log"),
+        "regular_rate": Parameter("rad/s", "below which an estimate sees it fall off", "log"),
+    }
+    also_named: ClassVar[str] = "coulomb_friction"
     reference: ClassVar[str] = "Coulomb 1785"
     abrupt: ClassVar[bool] = True
 
@@ -52,7 +54,6 @@ class PendulumFriction(Law):
 
     @classmethod
     def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:
-        """Return shares of the joint's torque at the RMS angle."""
-        scale = around.stiffness * rms(around.drift)
-        slow = 0.01 * rms(around.rate)
-        return tuple(cls(place, share * scale, slow) for share in (1e-3, 1e-2, 0.1, 0.5))
+        """Return a hundredth of the joint's torque, with a sharp and a blurred change of sign."""
+        scale = 0.01 * around.stiffness * rms(around.drift)
+        return tuple(cls(place, scale, part * rms(around.rate)) for part in (0.005, 0.02, 0.08))
