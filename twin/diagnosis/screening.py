@@ -24,9 +24,9 @@ Array = NDArray[np.float64]
 _Direction = tuple[Candidate, Mechanism, list[tuple[Mechanism, float]]]
 """A candidate, a first guess, and those that are only stronger, with their strengths."""
 
-REACH = (0.02, 50.0)
-"""Strengths, as shares of a first guess, that a fit may start from: beyond, another first guess or
-another law is nearer."""
+REACH = 50.0
+"""Greatest strength, as a multiple of a first guess, that a fit may start from: what is so much
+stronger moves the structure in another way than the twin without it moved."""
 
 
 def screen(
@@ -121,12 +121,10 @@ def _scaled(
 ) -> Score:  # fmt: skip
     if not np.isfinite(gain) or strength <= 0:
         return Score(candidate, start, 0.0)
-    if strength > REACH[1] or strength < REACH[0]:
-        # so far from the guess the law would have another shape; what stays within reach counts
-        inside = float(np.clip(strength, *REACH))
-        ratio = inside / strength
-        gain *= max(2 * ratio - ratio**2, 0.0)
-        strength = inside
+    if strength > REACH:
+        ratio = REACH / strength
+        gain *= 2 * ratio - ratio**2
+        strength = REACH
     moved = dict(zip(test.names, (strength * shift).tolist(), strict=True))
     return Score(candidate, start.scaled(strength), gain, moved)
 
