@@ -57,3 +57,10 @@ def test_no_stationary_filter_is_said():
     )
     with pytest.raises(ValueError, match="no stationary solution"):
         gains(blind, noise)
+
+
+def test_outputs_without_any_noise_are_said():
+    plant, noise = setting()
+    sure = replace(noise, held=0 * noise.held, output=0 * noise.output, start=0 * noise.start)
+    with pytest.raises(ValueError, match="singular"):
+        gains(replace(plant, Q=0 * plant.Q), sure)

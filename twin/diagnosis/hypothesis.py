@@ -9,7 +9,7 @@ law jump (an analyser's filter smears jumps, and no law is an exact jump), n pro
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -26,7 +26,6 @@ from twin.estimation.laws import MOST_NUMBERS
 from twin.estimation.model import Assembly, Trial, Unknown
 from twin.estimation.system import Noise, System
 from twin.mechanisms.mechanism import ChannelFault, Law, Mechanism
-from twin.model.linear import LinearModel
 
 Array = NDArray[np.float64]
 
@@ -273,7 +272,9 @@ class Hypothesis:
             added = tuple(sorted(recording.added_mass.items()))
             if added not in groups:
                 groups[added] = len(plants)
-                model = loaded(base, recording.added_mass)
+                model = base
+                for place, mass in added:
+                    model = model.loaded(place, mass)
                 noise_gain = problem.noise_gain
                 plants.append(plant_of(model, mechanisms, levels, problem.readings, noise_gain))
             which.append(groups[added])
@@ -290,11 +291,3 @@ class Hypothesis:
         samples differs from its own band-limited version.
         """
         return np.asarray(smear(forces) ** 2 @ (system.F**2).T)
-
-
-def loaded(model: LinearModel, added: Mapping[str, float]) -> LinearModel:
-    """Return the model with masses bolted to bodies: body -> mass [kg]."""
-    for name, mass in added.items():
-        rows = model.bodies[name].translation
-        model = model.adding(M=mass * rows.T @ rows)
-    return model

@@ -76,14 +76,17 @@ def gains(
             sample (Jones 1980), and a missing output's innovation has variance 1.
 
     Raises:
-        ValueError: the Riccati equation has no stationary solution.
+        ValueError: the Riccati equation has no stationary solution, or outputs are without noise.
     """
     A, C, W, V, Q, R, P = matrices_of(sampled, noise, equivalent)
-    state, held, innovation = _sequence(
-        np.ascontiguousarray(A), np.ascontiguousarray(C), W, V, Q, R, noise.start, P,
-        -1 if first is None else first,
-        np.zeros((0, 0), bool) if missing is None else np.ascontiguousarray(missing),
-    )  # fmt: skip
+    try:
+        state, held, innovation = _sequence(
+            np.ascontiguousarray(A), np.ascontiguousarray(C), W, V, Q, R, noise.start, P,
+            -1 if first is None else first,
+            np.zeros((0, 0), bool) if missing is None else np.ascontiguousarray(missing),
+        )  # fmt: skip
+    except ZeroDivisionError:
+        raise ValueError("the innovations' covariance is singular") from None
     return Gains(state, noise.held[:, None] * held, innovation, P)
 
 

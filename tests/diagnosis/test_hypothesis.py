@@ -1,0 +1,31 @@
+"""A hypothesis beside recordings that were made under other loads."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from diagnosis_support import lumped, recorded
+
+from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.prepare import prepare
+from twin.mechanisms.mass import Mass
+from twin.mechanisms.p_delta import PDelta
+
+
+def frequencies(A):
+    return np.sort(np.abs(np.linalg.eigvals(A).imag))[::2] / (2 * np.pi)
+
+
+def test_the_weight_of_a_bolted_mass_leans_on_what_is_below_it():
+    plain, heavy = recorded(lumped(), 1), recorded(lumped(Mass("floor2", 0.5)), 2)
+    added = {heavy.source: {"floor2": 0.5}}
+    problem = prepare(lumped(), [plain, heavy], [recorded(lumped(), 3)], added_mass=added).train
+    leaning = PDelta("storey1", 1.2, 0.15)
+    h = replace(Hypothesis(problem), mechanisms=(leaning,), priors=({"factor": (1.2, 0.1)},))
+    systems = h.assemble(np.zeros(len(h.unknowns))).systems
+    for system, masses in zip(systems, ((), (Mass("floor2", 0.5),)), strict=True):
+        twin = lumped(*masses, leaning).linear(["force_floor2"], ["acc_floor2"])
+        expected = np.sqrt(np.linalg.eigvals(np.linalg.solve(twin.M, twin.K)).real) / (2 * np.pi)
+        assert frequencies(system.A[:4, :4]) == pytest.approx(np.sort(expected), rel=1e-3)
+    first = problem.recordings[0]
+    assert not first.added_mass
