@@ -16,6 +16,7 @@ from typing import Any
 
 from twin.diagnosis.pipeline import diagnose
 from twin.diagnosis.result import Diagnosis
+from twin.diagnosis.verdict import TIE
 from twin.files import write_whole
 from twin.instruments import Instrument
 from twin.laboratory import Analyser, Experiment, Hammer, RandomShaking, perform
@@ -44,7 +45,7 @@ def show(diagnosis: Diagnosis) -> None:
         print(f"  {finding.mechanism.name:12s} {finding.location:9s} "
               f"{finding.mechanism.values}  p = {finding.probability:.2f}")  # fmt: skip
     for other in diagnosis.alternatives:
-        if other.mechanism.name in ("p_delta", "stiffness"):
+        if other.mechanism.name in ("p_delta", "stiffness") and other.probability >= TIE:
             print(f"  or {other.mechanism.name} at {other.location}: "
                   f"BIC {other.delta_bic:+.1f}, p = {other.probability:.2f}")  # fmt: skip
     if diagnosis.next_experiment is not None:
@@ -65,7 +66,7 @@ def kept(diagnosis: Diagnosis) -> dict[str, Any]:
             {"mechanism": f.mechanism.name, "location": f.location, "probability": f.probability,
              "delta_bic": f.delta_bic}
             for f in diagnosis.alternatives
-            if f.mechanism.name in ("p_delta", "stiffness")
+            if f.mechanism.name in ("p_delta", "stiffness") and f.probability >= TIE
         ],
         "unseen_error": diagnosis.fit.test.explained,
         "next_experiment": advice.command if advice is not None else None,

@@ -125,7 +125,8 @@ def p_delta(given: Mapping[str, Any]) -> Section:
     text = (
         "The hidden truth is the flexible frame with gravity in MuJoCo, its beams with mass; the "
         "diagnosis is given the lumped frame. Weight takes stiffness from a storey: on one frame "
-        "that ties with a softer storey, and the test that is asked for has a mass bolted on. "
+        "that is a softer storey, too; a recording with a mass bolted on tells them apart. The "
+        "beams' own mass couples the floors, which looks like crosstalk of their sensors. "
         "Probabilities in brackets."
     )
     columns = ["Recordings", "Named", "Ties with", "Unseen error", "Asked for next"]

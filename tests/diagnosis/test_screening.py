@@ -5,15 +5,16 @@ import pytest
 from diagnosis_support import lumped, recorded, rng, tones
 
 from twin.diagnosis.beginning import added, moved_to, start_of
-from twin.diagnosis.candidates import Candidate, priors_of
+from twin.diagnosis.candidates import Candidate, motions, priors_of
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.pipeline import diagnose
 from twin.diagnosis.prepare import prepare
-from twin.diagnosis.screening import directions_of, nearest
+from twin.diagnosis.screening import directions_of, nearest, screen
 from twin.diagnosis.valleys import of_valleys
 from twin.estimation.fit import fit
 from twin.mechanisms.appendage import Appendage
 from twin.mechanisms.base_compliance import BaseCompliance
+from twin.mechanisms.cubic_stiffness import CubicStiffness
 from twin.mechanisms.sensor_delay import SensorDelay
 from twin.mechanisms.sensor_gain import SensorGain
 from twin.mechanisms.sensor_highpass import SensorHighpass
@@ -99,3 +100,15 @@ def test_a_race_on_the_first_seconds_promises_no_more_than_all_samples_bring():
     brought = fit(grown, moved_to(grown, blank, calibrated.z, score.start))
     gain = brought.log_posterior - calibrated.log_posterior
     assert 0.3 * gain < score.gain <= gain + 1.0
+
+
+def test_an_effect_far_weaker_than_the_first_guess_is_promising():
+    weak, guess = CubicStiffness("storey1", 2e4), CubicStiffness("storey1", 1e7)
+    ready = prepare(lumped(), [recorded(lumped(weak), 1, 0.6)], [recorded(lumped(), 2)])
+    h = Hypothesis(ready.train)
+    fitted = fit(h, start_of(h))
+    (score,) = screen(
+        fitted, h, [Candidate((guess,), priors_of([guess]))], motions(h.problem, h, fitted.z)
+    )
+    assert score.gain > 20
+    assert score.start.stiffness == pytest.approx(2e4, rel=0.3)

@@ -5,7 +5,7 @@ import pytest
 from estimation_support import two_masses
 from scipy.linalg import solve_discrete_are
 
-from twin.estimation.kalman import LONGEST_START, SAME, gains, stationary_gains
+from twin.estimation.kalman import LONGEST_START, SAME, gains
 from twin.estimation.system import Noise, sampled
 
 
@@ -19,7 +19,7 @@ def setting(latent=None):
 @pytest.mark.parametrize("latent", [None, (0.5, 8.0)])
 def test_the_stationary_gain_solves_the_riccati_equation_with_cross_covariance(latent):
     plant, noise = setting(latent)
-    gain = stationary_gains(plant, noise)
+    gain = gains(plant, noise, first=0)
     W, V = plant.entry * noise.held, plant.system.V * noise.held
     Q, R, S = W @ W.T + plant.Q, V @ V.T + np.diag(noise.output**2), W @ V.T
     P = solve_discrete_are(plant.whole.T, plant.system.C.T, Q, R, s=S)

@@ -1,4 +1,4 @@
-"""The real slide through the general engine, where its recording is there."""
+"""The real slide through the diagnosis, where its recording is there."""
 
 import pytest
 

@@ -121,17 +121,6 @@ def _covariances(A, W, Q, start, state, held, innovation):  # type: ignore[no-un
     return out
 
 
-def stationary_gains(sampled: Sampled, noise: Noise) -> Gains:
-    """Return the stationary gains alone (``gains`` has those that lead there).
-
-    Raises:
-        ValueError: the Riccati equation has no stationary solution.
-    """
-    _, C, _, V, _, R, P = matrices_of(sampled, noise)
-    state, held, innovation = _update(np.ascontiguousarray(C), V, R, P)
-    return Gains(state[None], noise.held[:, None] * held[None], innovation[None], P)
-
-
 def matrices_of(
     sampled: Sampled, noise: Noise, equivalent: EquivalentLinear | None = None
 ) -> tuple[Array, Array, Array, Array, Array, Array, Array]:
