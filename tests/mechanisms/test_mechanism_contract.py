@@ -69,8 +69,8 @@ def make(name, place, *values):
 
 
 UNNAMED = ALL["restoring_force"]("storey2").with_values(
-    {"square": 0.2, "cube": -0.3, "innermost": 0.2, "near": 0.1, "far": -0.1, "inner_left": 0.3}
-    | {"middle_left": 0.4, "viscous": 0.02, "drag": 0.01, "linear": 0.1}
+    {"square": 0.2, "cube": -0.3, "right_1": 0.2, "right_4": 0.1, "right_6": -0.1, "left_2": 0.3}
+    | {"left_5": 0.4, "viscous": 0.02, "drag": 0.01, "linear": 0.1}
 )
 CHANGES = [
     make("stiffness", "storey2", -50.0),

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
 
+from twin.diagnosis.missing_force import along_motion, needed, smooth
 from twin.diagnosis.problem import Motion, Problem
 from twin.diagnosis.result import Finding, ForcePicture
 from twin.diagnosis.search import Explanation
@@ -40,7 +40,8 @@ def force_pictures(
     """
     problem = best.hypothesis.problem
     laws = _laws(best)
-    along = {law: [_along(law, problem, m) for m in moved] for law in (*laws, *_known(problem))}
+    every_law = (*laws, *_known(problem))
+    along = {law: [along_motion(law, problem, m) for m in moved] for law in every_law}
     out = []
     for place in list(dict.fromkeys(places))[: PLACES + len(findings)]:
         port = problem.model.port_of(place)
@@ -49,10 +50,10 @@ def force_pictures(
         elsewhere = [law for law in along if law is not mine]
         latent = []
         for t, motion in enumerate(moved):
-            force = _needed(best, t, motion)
+            force = needed(problem, best.fit.z, t, motion)
             for law in elsewhere:
                 force += along[law][t][:, None] * problem.model.port(law.place)
-            latent.append(-(_smooth(problem, force) @ row) / (row @ row))
+            latent.append(-(smooth(problem, force) @ row) / (row @ row))
         pairs = [(m.q @ row, m.v @ row) for m in moved]
         drift = np.concatenate([d for d, _ in pairs])
         rate = np.concatenate([v for _, v in pairs])
@@ -74,33 +75,6 @@ def _laws(best: Explanation) -> tuple[Law, ...]:
 def _known(problem: Problem) -> tuple[Law, ...]:
     """Return the laws that the model itself holds."""
     return tuple(m for m in problem.known if isinstance(m, Law))
-
-
-def _needed(best: Explanation, trial: int, motion: Motion) -> Array:
-    """Return the forces on the coordinates that the motion needs besides the measured, (N, n)."""
-    problem = best.hypothesis.problem
-    model = problem.base(best.fit.z[: len(problem.base_unknowns)])
-    force = motion.a @ model.M + motion.v @ model.R.T + motion.q @ model.K
-    return np.asarray(force - problem.recordings[trial].u @ model.B.T)
-
-
-def _smooth(problem: Problem, force: Array) -> Array:
-    inside = problem.frequencies[problem.frequencies < problem.sampling_hz / 2]
-    corner = min(4 * float(np.max(inside, initial=1.0)), 0.4 * problem.sampling_hz)
-    sos = signal.butter(4, corner, fs=problem.sampling_hz, output="sos")
-    return np.asarray(signal.sosfiltfilt(sos, force, axis=0))
-
-
-def _along(law: Law, problem: Problem, motion: Motion, most: int | None = None) -> Array:
-    """Return the law's force along a motion, or along its first samples, (samples,)."""
-    row = problem.model.port(law.place)
-    drift, rate = (motion.q @ row)[:most], (motion.v @ row)[:most]
-    z = np.zeros(len(drift))
-    if law.memory:
-        for k in range(1, len(drift)):
-            z[k] = law.remember(z[k - 1], drift[k - 1], drift[k])
-    time: Array = np.asarray(np.arange(len(drift)) * problem.step_s, float)
-    return np.asarray(law.force(drift, rate, z, time) + 0 * drift)
 
 
 def _grid(values: Array) -> Array:

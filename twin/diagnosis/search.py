@@ -12,6 +12,7 @@ from twin.diagnosis.beginning import added, beginnings, likeliest, moved_to, sta
 from twin.diagnosis.between import again
 from twin.diagnosis.candidates import Candidate, motions, scales_of
 from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.non_parametric import doubtful, in_place_of
 from twin.diagnosis.predict import stages
 from twin.diagnosis.problem import Motion, Problem
 from twin.diagnosis.screening import screen
@@ -140,9 +141,40 @@ def search(
         if _ends_in_a_trifle(best):
             break
         moved = motions(problem, best.hypothesis, best.fit.z)
+    unnamed = _without_names(best, offer, moved, tried, tell)
+    if unnamed.labels != best.labels:
+        best = unnamed
+        moved = motions(problem, best.hypothesis, best.fit.z)
     others = sorted((e for e in tried.values() if e.labels != best.labels),
                     key=lambda e: -e.log_odds)  # fmt: skip
     return Found(nothing, best, tuple(others), tuple(screened), moved)
+
+
+def _without_names(
+    best: Explanation,
+    offer: Offer,
+    moved: Sequence[Motion],
+    tried: dict[tuple[tuple[str, str], ...], Explanation],
+    tell: Callable[[str], None],
+) -> Explanation:
+    """Return the explanation with a non-parametric force for names that mimic it, if likelier."""
+    h, z = best.hypothesis, best.fit.z
+    if not h.mechanisms:
+        return best
+    dubious = doubtful(h, best.fit, forces(h, z, stages(h, z)))
+    if not dubious:
+        return best
+    candidates = offer(moved, evaluate(h, z, derivatives=False).runs)
+    cost = float(np.log(max(len(candidates), 2)))
+    for number, (other, starts) in enumerate(in_place_of(h, best.fit, moved, candidates, dubious)):
+        tell(f"fitting a force without a name at {other.mechanisms[-1].place} ({number + 1})")
+        _, begun, _ = likeliest(other, [z for start in starts for z in beginnings(other, start)])
+        explained = _explained(other, begun, cost, best.log_odds)
+        if explained is not None:
+            explained = _without_needless(explained, cost, tried)
+            tried.setdefault(tuple(sorted(explained.labels)), explained)
+            best = max(best, explained, key=lambda e: e.log_odds)
+    return best
 
 
 def _from_prior_noise(best: Explanation) -> Explanation:

@@ -33,6 +33,9 @@ SPECTRUM_SHARE = float(np.sqrt(2) - 1)
 """Share of an unmeasured force by which it is inexact: 3 dB, by which a resonance's spectrum is off
 another smooth one in its own band."""
 
+POORLY = 0.5
+"""Share of the missing force at its port that a law leaves from which it is not the law."""
+
 
 def forces(hypothesis: Hypothesis, z: Array, beside: Sequence[Stage]) -> list[float | None]:
     """Return the RMS modal force of every mechanism; None for what changes an output only.
@@ -120,6 +123,24 @@ def negligible(
         else:
             out.append(False)
     return out
+
+
+def left_share(
+    hypothesis: Hypothesis, fit: Fit, mechanism: Mechanism, size: float | None
+) -> float | None:
+    """Return the share of the missing force that is left to the discrepancy at a law's port.
+
+    Args:
+        hypothesis: the twin with its mechanisms.
+        fit: how it came out.
+        mechanism: None is returned for what is no law.
+        size: its RMS modal force.
+    """
+    if not isinstance(mechanism, Law) or size is None:
+        return None
+    row = hypothesis.problem.model.port(mechanism.place)
+    left = fit.values[f"discrepancy {mechanism.place}"] * float(np.linalg.norm(row))
+    return float(left / np.hypot(left, size)) if left or size else None
 
 
 def _scatter(

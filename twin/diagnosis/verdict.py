@@ -12,9 +12,9 @@ from twin.diagnosis.predict import Stage
 from twin.diagnosis.read_off import ReadOff
 from twin.diagnosis.result import Finding, Verdict
 from twin.diagnosis.search import Explanation, Found
-from twin.diagnosis.sizes import forces, negligible
+from twin.diagnosis.sizes import POORLY, forces, left_share, negligible
 from twin.mechanisms import vocabulary
-from twin.mechanisms.mechanism import Disturbance, Law, Mechanism
+from twin.mechanisms.mechanism import Disturbance, Mechanism
 
 Array = NDArray[np.float64]
 Label = tuple[str, str]
@@ -67,7 +67,7 @@ def judge(found: Found, beside: Sequence[Stage], faults: Sequence[ReadOff] = ())
     for index, mechanism in enumerate(best.hypothesis.at(best.fit.z)):
         rivals, loss = _rivals(best, everything, index)
         finding = _finding(best, index, mechanism, 0.0, 0.0)
-        own = _unexplained(best, mechanism, sizes[index])
+        own = left_share(best.hypothesis, best.fit, mechanism, sizes[index])
         finding = replace(finding, explained=None if own is None else 1 - own, unexplained=own)
         judged.append((loss, small[index], finding, rivals))
     judged.sort(key=lambda entry: -entry[0])
@@ -116,7 +116,7 @@ def _verdict(findings: Sequence[Finding]) -> Verdict:
     if not findings:
         return "consistent"
     first = findings[0]
-    if first.unexplained is not None and first.unexplained > 0.5:
+    if first.unexplained is not None and first.unexplained > POORLY:
         return "unexplained"
     return first.mechanism.verdict
 
@@ -172,15 +172,6 @@ def _finding(
     for name, (whole, _, _) in mechanism.shares.items():
         std[name] *= mechanism.values[whole]
     return Finding(mechanism, std, chance, -2 * delta, delta)
-
-
-def _unexplained(best: Explanation, mechanism: Mechanism, size: float | None) -> float | None:
-    """Return the share of the missing force that is left to the discrepancy at a law's port."""
-    if not isinstance(mechanism, Law) or size is None:
-        return None
-    row = best.hypothesis.problem.model.port(mechanism.place)
-    left = best.fit.values[f"discrepancy {mechanism.place}"] * float(np.linalg.norm(row))
-    return float(left / np.hypot(left, size)) if left or size else None
 
 
 def _felt_alike(findings: Sequence[Finding], alternatives: Sequence[Finding]) -> tuple[str, ...]:

@@ -13,11 +13,12 @@ from twin.mechanisms.mechanism import Law, Surroundings
 from twin.mechanisms.scales import peak, rms
 from twin.parameter import Parameter
 
-KNOTS = (0.04, 0.1, 0.2, 0.45, 0.7)
-"""Where the law may bend, to either side, as shares of the largest drift, which a hit makes several
-times as large as what follows."""
+KNOTS = (0.012, 0.03, 0.08, 0.2, 0.45, 0.7)
+"""Where the law may bend, to either side, as shares of the largest drift. They stand by factors of
+about two and a half, for a hit makes the largest drift several times as large as what follows, and
+what bends near the middle bends within a small share of it."""
 
-BENDS = ("innermost", "inner", "near", "middle", "far")
+BENDS = tuple(range(1, len(KNOTS) + 1))
 
 
 def law(
@@ -28,16 +29,18 @@ def law(
     linear: Any,
     square: Any,
     cube: Any,
-    innermost: Any,
-    inner: Any,
-    near: Any,
-    middle: Any,
-    far: Any,
-    innermost_left: Any,
-    inner_left: Any,
-    near_left: Any,
-    middle_left: Any,
-    far_left: Any,
+    right_1: Any,
+    right_2: Any,
+    right_3: Any,
+    right_4: Any,
+    right_5: Any,
+    right_6: Any,
+    left_1: Any,
+    left_2: Any,
+    left_3: Any,
+    left_4: Any,
+    left_5: Any,
+    left_6: Any,
     viscous: Any,
     drag: Any,
     reach: Any,
@@ -48,22 +51,24 @@ def law(
     x = drift / reach
     v = rate / speed
     force = linear * x + square * x * x + cube * x * x * x
-    force = force + innermost * np.maximum(x - KNOTS[0], 0.0) / (1 - KNOTS[0])
-    force = force + inner * np.maximum(x - KNOTS[1], 0.0) / (1 - KNOTS[1])
-    force = force + near * np.maximum(x - KNOTS[2], 0.0) / (1 - KNOTS[2])
-    force = force + middle * np.maximum(x - KNOTS[3], 0.0) / (1 - KNOTS[3])
-    force = force + far * np.maximum(x - KNOTS[4], 0.0) / (1 - KNOTS[4])
-    force = force + innermost_left * np.minimum(x + KNOTS[0], 0.0) / (1 - KNOTS[0])
-    force = force + inner_left * np.minimum(x + KNOTS[1], 0.0) / (1 - KNOTS[1])
-    force = force + near_left * np.minimum(x + KNOTS[2], 0.0) / (1 - KNOTS[2])
-    force = force + middle_left * np.minimum(x + KNOTS[3], 0.0) / (1 - KNOTS[3])
-    force = force + far_left * np.minimum(x + KNOTS[4], 0.0) / (1 - KNOTS[4])
+    force = force + right_1 * np.maximum(x - KNOTS[0], 0.0) / (1 - KNOTS[0])
+    force = force + right_2 * np.maximum(x - KNOTS[1], 0.0) / (1 - KNOTS[1])
+    force = force + right_3 * np.maximum(x - KNOTS[2], 0.0) / (1 - KNOTS[2])
+    force = force + right_4 * np.maximum(x - KNOTS[3], 0.0) / (1 - KNOTS[3])
+    force = force + right_5 * np.maximum(x - KNOTS[4], 0.0) / (1 - KNOTS[4])
+    force = force + right_6 * np.maximum(x - KNOTS[5], 0.0) / (1 - KNOTS[5])
+    force = force + left_1 * np.minimum(x + KNOTS[0], 0.0) / (1 - KNOTS[0])
+    force = force + left_2 * np.minimum(x + KNOTS[1], 0.0) / (1 - KNOTS[1])
+    force = force + left_3 * np.minimum(x + KNOTS[2], 0.0) / (1 - KNOTS[2])
+    force = force + left_4 * np.minimum(x + KNOTS[3], 0.0) / (1 - KNOTS[3])
+    force = force + left_5 * np.minimum(x + KNOTS[4], 0.0) / (1 - KNOTS[4])
+    force = force + left_6 * np.minimum(x + KNOTS[5], 0.0) / (1 - KNOTS[5])
     return force + viscous * v + drag * v * np.abs(v)
 
 
 @dataclass(frozen=True)
 class RestoringForce(Law):
-    """f(d, v): a cubic with bends at five drifts to either side, and viscous and square damping.
+    """f(d, v): a cubic with bends at six drifts to either side, and viscous and square damping.
 
     It is what remains when no named law fits: modelled, not explained. Every term is native to
     MJCF: polynomial springs, one-sided springs, polynomial dashpots.
@@ -84,16 +89,18 @@ class RestoringForce(Law):
         "linear": Parameter("N", "linear in the drift, at the largest drift"),
         "square": Parameter("N", "its square"),
         "cube": Parameter("N", "its cube"),
-        "innermost": Parameter("N", "beyond 0.04 of the largest drift"),
-        "inner": Parameter("N", "beyond 0.1"),
-        "near": Parameter("N", "beyond 0.2"),
-        "middle": Parameter("N", "beyond 0.45"),
-        "far": Parameter("N", "beyond 0.7"),
-        "innermost_left": Parameter("N", "beyond -0.04 of the largest drift"),
-        "inner_left": Parameter("N", "beyond -0.1"),
-        "near_left": Parameter("N", "beyond -0.2"),
-        "middle_left": Parameter("N", "beyond -0.45"),
-        "far_left": Parameter("N", "beyond -0.7"),
+        "right_1": Parameter("N", f"beyond {KNOTS[0]:g} of the largest drift"),
+        "right_2": Parameter("N", f"beyond {KNOTS[1]:g} of the largest drift"),
+        "right_3": Parameter("N", f"beyond {KNOTS[2]:g} of the largest drift"),
+        "right_4": Parameter("N", f"beyond {KNOTS[3]:g} of the largest drift"),
+        "right_5": Parameter("N", f"beyond {KNOTS[4]:g} of the largest drift"),
+        "right_6": Parameter("N", f"beyond {KNOTS[5]:g} of the largest drift"),
+        "left_1": Parameter("N", f"beyond -{KNOTS[0]:g} of the largest drift"),
+        "left_2": Parameter("N", f"beyond -{KNOTS[1]:g} of the largest drift"),
+        "left_3": Parameter("N", f"beyond -{KNOTS[2]:g} of the largest drift"),
+        "left_4": Parameter("N", f"beyond -{KNOTS[3]:g} of the largest drift"),
+        "left_5": Parameter("N", f"beyond -{KNOTS[4]:g} of the largest drift"),
+        "left_6": Parameter("N", f"beyond -{KNOTS[5]:g} of the largest drift"),
         "viscous": Parameter("N", "linear in the rate, at the RMS rate"),
         "drag": Parameter("N", "in rate times its magnitude, at the RMS rate"),
     }
@@ -102,16 +109,18 @@ class RestoringForce(Law):
     linear: float = 0.0
     square: float = 0.0
     cube: float = 0.0
-    innermost: float = 0.0
-    inner: float = 0.0
-    near: float = 0.0
-    middle: float = 0.0
-    far: float = 0.0
-    innermost_left: float = 0.0
-    inner_left: float = 0.0
-    near_left: float = 0.0
-    middle_left: float = 0.0
-    far_left: float = 0.0
+    right_1: float = 0.0
+    right_2: float = 0.0
+    right_3: float = 0.0
+    right_4: float = 0.0
+    right_5: float = 0.0
+    right_6: float = 0.0
+    left_1: float = 0.0
+    left_2: float = 0.0
+    left_3: float = 0.0
+    left_4: float = 0.0
+    left_5: float = 0.0
+    left_6: float = 0.0
     viscous: float = 0.0
     drag: float = 0.0
     reach: float = 1e-2
@@ -135,9 +144,9 @@ class RestoringForce(Law):
         r, s = self.reach, self.speed
         smooth.stiffness = [self.linear / r, self.square / r**2, self.cube / r**3]
         smooth.damping = [self.viscous / s, self.drag / s**2, 0.0]
-        for side, suffix in ((1, ""), (-1, "_left")):
-            for knot, bend_name in zip(KNOTS, BENDS, strict=True):
-                name = bend_name + suffix
+        for side, which in ((1, "right"), (-1, "left")):
+            for knot, number in zip(KNOTS, BENDS, strict=True):
+                name = f"{which}_{number}"
                 force = self.values[name]
                 if not force:
                     continue

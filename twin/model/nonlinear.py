@@ -92,7 +92,7 @@ def structural_elements(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[
         model: as it was compiled.
         data: at rest.
     """
-    for part in (_joints, _tendons, _couplings, _surroundings):
+    for part in (_joints, _tendons, _weights, _couplings, _surroundings):
         yield from part(model, data)
 
 
@@ -208,6 +208,56 @@ def _of_spring(name: str, port: str, spring: _Spring) -> Iterator[NonlinearEleme
 
 def _stop(stiffness: float, gap: float, side: int) -> Law:
     return lambda d, v: stiffness * side * np.maximum(side * (d - gap), 0.0)
+
+
+def _weights(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[NonlinearElement]:
+    """Yield what the weight on a hinge does beyond its slope.
+
+    The torque that it needs is P cos(d) + Q sin(d) exactly, as long as nothing else below or above
+    turns. Where something does, the angles add up and no law of one hinge says it.
+    """
+    hinge = int(mujoco.mjtJoint.mjJNT_HINGE)
+    turning = np.flatnonzero(model.jnt_type != int(mujoco.mjtJoint.mjJNT_SLIDE))
+    if np.any(data.eq_active):
+        return
+    for index in turning:
+        body = int(model.jnt_bodyid[index])
+        others = [int(model.jnt_bodyid[other]) for other in turning if other != index]
+        lines = any(other in _above(model, body) or body in _above(model, other)
+                    for other in others)  # fmt: skip
+        if int(model.jnt_type[index]) != hinge or lines:
+            continue
+        name, port = _named(model, _OBJ.mjOBJ_JOINT, int(index), "joint")
+        even, odd = _torques(model, data, int(index))
+        least = EDGE * model.body_subtreemass[body] * np.linalg.norm(model.opt.gravity)
+        for mechanism, size, power, law in (
+            ("quadratic_stiffness", -even / 2, 2, lambda d, v, p=even: p * (np.cos(d) - 1)),
+            ("cubic_stiffness", -odd / 6, 3, lambda d, v, q=odd: q * (np.sin(d) - d)),
+        ):
+            if abs(size) > least:
+                words = f"the weight on it, beyond its slope {size:.4g} d^{power}"
+                yield NonlinearElement(name, port, mechanism, {"stiffness": size}, words, law)
+
+
+def _above(model: mujoco.MjModel, body: int) -> set[int]:
+    """Return a body and those that carry it."""
+    out = {body}
+    while body:
+        body = int(model.body_parentid[body])
+        out.add(body)
+    return out
+
+
+def _torques(model: mujoco.MjModel, data: mujoco.MjData, joint: int) -> tuple[float, float]:
+    """Return the torque that holds the weight on a hinge at rest, and a quarter turn on [N m]."""
+    moved = mujoco.MjData(model)
+    found = []
+    for angle in (0.0, np.pi / 2):
+        moved.qpos[:] = data.qpos
+        moved.qpos[model.jnt_qposadr[joint]] += angle
+        mujoco.mj_forward(model, moved)
+        found.append(float(moved.qfrc_bias[model.jnt_dofadr[joint]]))
+    return found[0], found[1]
 
 
 def _couplings(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[NonlinearElement]:

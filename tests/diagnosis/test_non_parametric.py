@@ -1,0 +1,73 @@
+"""A force without a name stands in for names that mimic it, and for nothing else."""
+
+import numpy as np
+import pytest
+from diagnosis_support import concealed, lumped, recorded
+
+from twin.diagnosis.offer import offer
+from twin.diagnosis.predict import stages
+from twin.diagnosis.prepare import prepare
+from twin.diagnosis.search import search
+from twin.diagnosis.verdict import judge
+from twin.mechanisms.coulomb_friction import CoulombFriction
+from twin.mechanisms.cubic_stiffness import CubicStiffness
+
+NAMES = ("cubic_stiffness", "quadratic_stiffness", "coulomb_friction", "stiffness",
+         "restoring_force")  # fmt: skip
+ACROSS = np.array([-1.0, 1.0])
+
+
+def magnet(drift, rate):
+    """A magnet's pull at a distance of 12 mm, less what it is at rest, as no polynomial is."""
+    return 0.6 * (1 - (0.012 / (0.012 - np.clip(drift, -0.05, 0.008))) ** 2)
+
+
+def found(train, test):
+    ready = prepare(lumped(), train, test)
+    whole = offer(ready.train, ready.kinds)
+
+    def few(moved, runs):
+        return [c for c in whole(moved, runs) if c.label[0] in NAMES]
+
+    result = search(ready.train, few)
+    return result, judge(result, stages(result.best.hypothesis, result.best.fit.z))
+
+
+@pytest.fixture(scope="module")
+def pulled():
+    return found(
+        [concealed(magnet, ACROSS, 1, scale=0.12)], [concealed(magnet, ACROSS, 2, scale=0.12)]
+    )
+
+
+def test_names_that_mimic_a_law_give_way_to_it(pulled):
+    result, judged = pulled
+    assert result.best.labels == (("restoring_force", "storey2"),)
+    assert judged.verdict == "unexplained"
+    mimics = [
+        e for e in result.others if len(e.labels) > 1 and e.log_odds > result.nothing.log_odds
+    ]
+    assert max(e.log_odds for e in mimics) < result.best.log_odds
+
+
+def test_it_is_the_law_that_was_concealed(pulled):
+    result, _ = pulled
+    (law,) = result.best.hypothesis.at(result.best.fit.z)
+    drift = np.concatenate([m.q @ ACROSS for m in result.motion])
+    seen = np.linspace(*np.quantile(drift, [0.05, 0.95]), 50)
+    true, still = magnet(seen, 0.0), np.zeros(50)
+    stated = law.force(seen, still, still, 0.0)
+    # masses and stiffnesses are known to a share only, and so is a straight line in the law
+    line = np.polyfit(seen, true - stated, 1)
+    assert np.std(true - stated - np.polyval(line, seen)) < 0.05 * np.std(true)
+
+
+def test_two_laws_that_are_both_there_keep_their_names():
+    both = lumped(CubicStiffness("storey2", 4e6), CoulombFriction("storey2", 0.05))
+    result, judged = found([recorded(both, 1, noise=2e-2)], [recorded(both, 2, noise=2e-2)])
+    assert set(result.best.labels) == {
+        ("cubic_stiffness", "storey2"), ("coulomb_friction", "storey2")
+    }  # fmt: skip
+    assert judged.verdict == "missing_physics"
+    named = [e.labels for e in (result.best, *result.others)]
+    assert (("restoring_force", "storey2"),) in named

@@ -1,0 +1,46 @@
+"""The force that a motion needs beyond what the twin's own equations and the inputs give."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import signal
+
+from twin.diagnosis.problem import Motion, Problem
+from twin.mechanisms.mechanism import Law
+
+Array = NDArray[np.float64]
+
+
+def needed(problem: Problem, z: Array, trial: int, motion: Motion) -> Array:
+    """Return the forces on the coordinates that the motion needs besides the measured, (N, n).
+
+    Args:
+        problem: the estimation problem.
+        z: values of a hypothesis's unknowns, of which the base's come first, (p,).
+        trial: index of the recording.
+        motion: as it was estimated there.
+    """
+    model = problem.base(z[: len(problem.base_unknowns)])
+    force = motion.a @ model.M + motion.v @ model.R.T + motion.q @ model.K
+    return np.asarray(force - problem.recordings[trial].u @ model.B.T)
+
+
+def smooth(problem: Problem, force: Array) -> Array:
+    """Return forces, (N, n), without what is above four times the highest natural frequency."""
+    inside = problem.frequencies[problem.frequencies < problem.sampling_hz / 2]
+    corner = min(4 * float(np.max(inside, initial=1.0)), 0.4 * problem.sampling_hz)
+    sos = signal.butter(4, corner, fs=problem.sampling_hz, output="sos")
+    return np.asarray(signal.sosfiltfilt(sos, force, axis=0))
+
+
+def along_motion(law: Law, problem: Problem, motion: Motion) -> Array:
+    """Return a law's force along a motion, (samples,)."""
+    row = problem.model.port(law.place)
+    drift, rate = motion.q @ row, motion.v @ row
+    z = np.zeros(len(drift))
+    if law.memory:
+        for k in range(1, len(drift)):
+            z[k] = law.remember(z[k - 1], drift[k - 1], drift[k])
+    time: Array = np.asarray(np.arange(len(drift)) * problem.step_s, float)
+    return np.asarray(law.force(drift, rate, z, time) + 0 * drift)

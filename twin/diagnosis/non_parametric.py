@@ -1,0 +1,153 @@
+"""Where no name fits: a restoring force without a name in place of the names that mimic one.
+
+A search that only adds names builds a law that it does not know out of several that it does. The
+non-parametric law is one mechanism with many parameters; where it is likelier than the names at its
+place together, they are not what is there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.diagnosis.beginning import added, moved_to
+from twin.diagnosis.candidates import Candidate
+from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.missing_force import along_motion, needed, smooth
+from twin.diagnosis.problem import Motion
+from twin.diagnosis.sizes import POORLY, left_share
+from twin.estimation.fit import Fit
+from twin.mechanisms.mechanism import ChannelFault, Disturbance, Law, Mechanism
+from twin.mechanisms.restoring_force import RestoringForce
+
+Array = NDArray[np.float64]
+
+MOST = 2
+"""Ports at which the force is tried: those whose motion says most of it."""
+
+LEFT = 0.1
+"""Share of the missing force that the regression leaves, RMS: what the prior is weighed against."""
+
+
+def doubtful(hypothesis: Hypothesis, fit: Fit, sizes: Sequence[float | None]) -> set[int]:
+    """Return which mechanisms may stand for a law that has no name.
+
+    Those are several at one port, a law that leaves most of the missing force at its port, and a
+    force that nobody measured.
+
+    Args:
+        hypothesis: the twin with its mechanisms.
+        fit: how it came out.
+        sizes: RMS modal force of each mechanism (``sizes.forces``).
+    """
+    mechanisms = hypothesis.at(fit.z)
+    structural = [i for i, m in enumerate(mechanisms) if not isinstance(m, ChannelFault)]
+    places = [mechanisms[i].place for i in structural]
+    out = {i for i in structural if places.count(mechanisms[i].place) > 1}
+    for index in structural:
+        mechanism = mechanisms[index]
+        share = left_share(hypothesis, fit, mechanism, sizes[index])
+        if isinstance(mechanism, Disturbance) or (share is not None and share > POORLY):
+            out.add(index)
+    return out
+
+
+def in_place_of(
+    hypothesis: Hypothesis,
+    fit: Fit,
+    moved: Sequence[Motion],
+    candidates: Sequence[Candidate],
+    dubious: set[int],
+) -> list[tuple[Hypothesis, list[Array]]]:
+    """Return hypotheses with a non-parametric force instead of doubtful mechanisms.
+
+    Each with values of its unknowns from which a fit may begin, the most promising first: at every
+    port the law is fitted by least squares to the force that the motion needs. Where sensors say
+    little of the motion, that may be no law to begin with; then it begins as nothing.
+    """
+    generic = [c for c in candidates if isinstance(c.starts[0], RestoringForce)]
+    mechanisms = hypothesis.at(fit.z)
+    if any(isinstance(mechanisms[i], RestoringForce) for i in dubious):
+        return []
+    at_ports = {m.place for m in mechanisms if not isinstance(m, ChannelFault)}
+    wide = any(isinstance(mechanisms[i], Disturbance) for i in dubious)
+    kept_laws = [m for i, m in enumerate(mechanisms) if i not in dubious and isinstance(m, Law)]
+    known = [m for m in hypothesis.problem.known if isinstance(m, Law)]
+    forces = _missing(hypothesis, fit, moved, (*kept_laws, *known))
+    options = []
+    for candidate in generic:
+        place = candidate.starts[0].place
+        if not wide and place not in {mechanisms[i].place for i in dubious}:
+            continue
+        start, share = _regressed(hypothesis, candidate, moved, forces)
+        options.append((place in at_ports, share, candidate, start))
+    options.sort(key=lambda option: option[:2], reverse=True)
+    out = []
+    for _, _, candidate, start in options[:MOST]:
+        place = start.place
+        there = {i for i, m in enumerate(mechanisms)
+                 if m.place == place and not isinstance(m, ChannelFault)}  # fmt: skip
+        out.append(_exchanged(hypothesis, fit, there | dubious, candidate, start))
+    return out
+
+
+def _missing(
+    hypothesis: Hypothesis, fit: Fit, moved: Sequence[Motion], laws: Sequence[Law]
+) -> list[Array]:
+    """Return the force on the coordinates that no kept law gives, for each recording, (N, n)."""
+    problem = hypothesis.problem
+    out = []
+    for t, motion in enumerate(moved):
+        force = needed(problem, fit.z, t, motion)
+        for law in laws:
+            force += along_motion(law, problem, motion)[:, None] * problem.model.port(law.place)
+        out.append(-smooth(problem, force))
+    return out
+
+
+def _regressed(
+    hypothesis: Hypothesis, candidate: Candidate, moved: Sequence[Motion], forces: Sequence[Array]
+) -> tuple[Mechanism, float]:
+    """Return a law fitted to the missing force, and the share of its power that it explains.
+
+    The prior is a ridge.
+    """
+    start = candidate.starts[0]
+    assert isinstance(start, RestoringForce)
+    problem = hypothesis.problem
+    row = problem.model.port(start.place)
+    unit = start.scale
+    names = list(start.parameters)
+    columns = [
+        np.concatenate([
+            along_motion(start.with_values({name: unit}), problem, motion) for motion in moved
+        ])
+        for name in names
+    ]  # fmt: skip
+    basis = np.column_stack(columns)
+    target = np.concatenate([force @ row / (row @ row) for force in forces])
+    deviations = np.array([candidate.priors[name][1] / unit for name in names])
+    scaled = basis * deviations
+    ridge = LEFT**2 * float(np.mean(target**2))
+    weights = np.linalg.solve(scaled.T @ scaled + ridge * np.eye(len(names)), scaled.T @ target)
+    values = deviations * weights * unit
+    everything = np.concatenate(forces)
+    left = everything - np.outer(scaled @ weights, row)
+    share = 1 - float(np.sum(left**2) / np.sum(everything**2))
+    return start.with_values(dict(zip(names, values.tolist(), strict=True))), share
+
+
+def _exchanged(
+    hypothesis: Hypothesis, fit: Fit, gone: set[int], candidate: Candidate, start: Mechanism
+) -> tuple[Hypothesis, list[Array]]:
+    kept = [i for i in range(len(hypothesis.mechanisms)) if i not in gone]
+    fewer = replace(
+        hypothesis,
+        mechanisms=tuple(hypothesis.mechanisms[i] for i in kept),
+        priors=tuple(hypothesis.priors[i] for i in kept),
+    )
+    grown = added(fewer, candidate, start)
+    return grown, [moved_to(grown, hypothesis, fit.z, one) for one in (start, candidate.starts[0])]
