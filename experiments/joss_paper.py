@@ -77,8 +77,6 @@ def numbers() -> dict[str, Any]:
         "instruments": channels,
         "concealed": _concealed(_results("concealed")),
         "accuracy": _accuracy(_benchmark("identification_accuracy")["tests"]["hammer"]),
-        "sysid": _sysid(_benchmark("calibration_sysid")),
-        "seconds": f"{_benchmark('diagnosis_time')['summary']['seconds']['median']:.0f}",
         "step_us": f"{_benchmark('control_speed')['force_ground']['c_step_us']:.2g}",
         "silverbox": _silverbox(_results("real")["silverbox"]),
         "bouc_wen": _bouc_wen(_results("real")["bouc_wen"]),
@@ -113,6 +111,7 @@ def _concealed(document: Mapping[str, Any]) -> dict[str, Any]:
         "stated": f"{surest['from']:.2f}",
         "kept": f"{100 * surest['right']['share']:.1f}",
         "of": surest["right"]["of"],
+        "seconds": f"{summary['tables']['single']['seconds']:.0f}",
     }
 
 
@@ -126,18 +125,6 @@ def _accuracy(test: Mapping[str, Any]) -> dict[str, Any]:
         for route, label in labels.items()
     ]
     return {"draws": test["draws"], "rows": rows}
-
-
-def _sysid(document: Mapping[str, Any]) -> dict[str, Any]:
-    rows = document["rows"]
-    ratios = sorted(row["mujoco.sysid"]["seconds"] / row["twin"]["seconds"] for row in rows)
-    error = sorted(row["twin"]["stiffnesses"] / row["mujoco.sysid"]["stiffnesses"] for row in rows)
-    return {
-        "rigs": len(rows),
-        "least": f"{ratios[0]:.0f}",
-        "most": f"{ratios[-1]:.0f}",
-        "worst": f"{error[-1]:.2f}",
-    }
 
 
 def _silverbox(result: Mapping[str, Any]) -> dict[str, Any]:

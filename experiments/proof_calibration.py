@@ -12,16 +12,13 @@ from experiments.concealed.calibration import EDGES, Stated, calibration_curve, 
 from experiments.concealed.pictures import between, percent
 
 COLUMNS = ("Stated", "Mean stated", "Sealed cases", "Weak effects", "Together", "Share",
-           "95 % interval", "Newest alone")  # fmt: skip
+           "95 % interval")  # fmt: skip
 
 LIMITS, WEAK = "detection_limits.json", "weak_effects.json"
-"""Results whose cases are weak by design; the last run of the second counts beside the newest
-campaigns."""
+"""Results whose cases are weak by design."""
 
 
-def table(
-    rows: Iterable[Mapping[str, Any]], results: Path, newest: Iterable[Mapping[str, Any]] = ()
-) -> dict[str, Any]:
+def table(rows: Iterable[Mapping[str, Any]], results: Path) -> dict[str, Any]:
     """Return columns, rows and curves: how often a first finding was right, by what was stated.
 
     The sealed cases are mostly too clear for a probability in the middle; those of the detection
@@ -30,14 +27,12 @@ def table(
     Args:
         rows: the sealed cases.
         results: folder of the weak ones.
-        newest: the sealed cases of the newest campaigns.
     """
-    sealed, last = (first_stated(row["score"] for row in some) for some in (rows, newest))
+    sealed = first_stated(row["score"] for row in rows)
     _, limits = weak_cases(results / LIMITS)
-    further, others = weak_cases(results / WEAK)
+    _, others = weak_cases(results / WEAK)
     weak = [*limits, *others]
     parts = [_bins(sealed), _bins(weak), _bins([*sealed, *weak])]
-    alone = _bins([*last, *further])
     out = []
     for low, high in pairwise(EDGES):
         together = parts[2].get(low)
@@ -46,9 +41,9 @@ def table(
         counts = [_count(part.get(low)) for part in parts]
         right = together["right"]
         out.append([f"{low:g} to {high:g}", f"{together['probability']:.3f}", *counts,
-                    percent(right["share"]), between(right), _count(alone.get(low))])  # fmt: skip
-    curves = {"curve": list(parts[2].values()), "newest": list(alone.values())}
-    return {"columns": list(COLUMNS), "rows": out, "weak": len(weak), **curves}
+                    percent(right["share"]), between(right)])  # fmt: skip
+    curve = list(parts[2].values())
+    return {"columns": list(COLUMNS), "rows": out, "weak": len(weak), "curve": curve}
 
 
 def weak_cases(file: Path) -> tuple[list[Stated], list[Stated]]:

@@ -35,11 +35,8 @@ from twin.files import folder, write_whole  # noqa: E402
 DPI = 110
 TEMPLATE = "proof.md.j2"
 GUARD_TEST = ROOT / "tests" / "experiments" / "test_concealed_guard.py"
-AIMS = {"single": 0.95, "pairs": 0.80, "absorbed": 0.85, "outside": 0.85, "none": 0.985}
+AIMS = {"single": 0.97, "pairs": 0.85, "absorbed": 0.88, "outside": 0.88, "none": 1.0}
 """Shares of right answers that were set before the campaign."""
-
-NEWEST = 3
-"""Campaigns at the end that are told apart from the rest: the engine changes between them."""
 
 ABOUT = {
     "single": ("one effect of the vocabulary", "mechanism and place first"),
@@ -51,6 +48,13 @@ ABOUT = {
     "ground": ("one effect, only the ground shaken", "mechanism and place first"),
     "three_storeys": ("one effect in three storeys", "mechanism and place first"),
     "five_storeys": ("one effect in five storeys", "mechanism and place first"),
+    "portal": (
+        "one effect at a column, a direction or the twist of a frame in space",
+        "mechanism and place first",
+    ),
+    "rotated": ("one effect in a frame seen through turned sensors", "mechanism and place first"),
+    "beam": ("one effect in a cantilever of ten hinges", "mechanism and place first"),
+    "drive": ("one effect in a drive", "mechanism and place first"),
 }
 AGAIN = "misses_again"
 SECTIONS = {
@@ -78,10 +82,11 @@ def write_page(results: Path, docs: Path) -> Path:
     summary = summarise({row["case"]: row for row in rows})
     pictures = folder(docs / "proof")
     _save(drawings.rates(summary["tables"], AIMS), pictures / "rates.png")
-    curve = calibration.table(rows, results, _newest(rows))
+    curve = calibration.table(rows, results)
     panels = {
-        "first finding: newest alone": curve["newest"],
-        "first finding: sealed cases and weak effects": curve["curve"],
+        f"first finding: sealed cases{' and weak effects' if curve['weak'] else ''}": curve[
+            "curve"
+        ],
         "findings and alternatives: sealed cases": summary["calibration_all"],
     }
     _save(drawings.calibration(panels), pictures / "calibration.png")
@@ -116,8 +121,7 @@ def _facts(
     alarms = tables["none"]["false_alarm"] if "none" in tables else None
     return {
         "total": len(rows),
-        "newest": NEWEST,
-        "headline": _headline(summary, summarise({row["case"]: row for row in _newest(rows)})),
+        "headline": _headline(summary),
         "noise": {"low": percent(min(noise)), "high": percent(max(noise))},
         "effect": {
             "low": number(min(effect)), "high": number(max(effect)),
@@ -151,34 +155,23 @@ def _about(name: str) -> tuple[str, str]:
     return ABOUT.get(name, ("", "mechanism and place first"))
 
 
-def _newest(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return the cases of the last campaigns alone."""
-    campaigns = [int(row["case"].rpartition("/")[0] or 1) for row in rows]
-    before = max(campaigns) - NEWEST
-    return [row for row, at in zip(rows, campaigns, strict=True) if at > before]
-
-
-def _headline(summary: dict[str, Any], newest: dict[str, Any]) -> dict[str, Any]:
+def _headline(summary: dict[str, Any]) -> dict[str, Any]:
     rows = []
     for name, of in summary["tables"].items():
         asked = f"{_about(name)[0]}: {_about(name)[1]}"
-        last = newest["tables"].get(name, {}).get("right")
-        aim = f"at least {100 * AIMS[name]:g} %" if name in AIMS else "-"
-        rows.append([asked, *_counted(of["right"]), *_counted(last), aim])
+        aim = _aim(AIMS[name]) if name in AIMS else "-"
+        rows.append([asked, *_counted(of["right"]), between(of["right"]), aim])
     key = "ahead_not_worse"
     rows.append(
         ["two seconds ahead: explained twin no worse than calibrated",
-         *_counted(summary["all"][key]), *_counted(newest["all"][key]), "always"]
+         *_counted(summary["all"][key]), between(summary["all"][key]), "always"]
     )  # fmt: skip
-    columns = [
-        "What was asked",
-        "Right",
-        "Share",
-        f"Last {NEWEST} campaigns",
-        "Share of these",
-        "Aim",
-    ]
+    columns = ["What was asked", "Right", "Share", "95 % interval", "Aim"]
     return {"columns": columns, "rows": rows}
+
+
+def _aim(share: float) -> str:
+    return f"at least {100 * share:g} %" if share < 1 else "all"
 
 
 def _counted(share: dict[str, Any] | None) -> tuple[str, str]:

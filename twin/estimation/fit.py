@@ -104,7 +104,7 @@ def fit(
         model: with its unknowns and recordings.
         start: where to begin, in prior deviations, (p,); the prior's mean without.
         most: evaluations with derivatives at most.
-        hopeless: log posterior that must be within reach; a fit that cannot get there by ten times
+        hopeless: log evidence that must be within reach; a fit that cannot get there by ten times
             what its next step promises stops.
         free: which unknowns may move, (p,); all without.
         watch: is told each step's number and log posterior.
@@ -140,15 +140,15 @@ def fit(
         if idle == PATIENCE or (abs(gained) < ENOUGH and damping == 0.0):
             code = "converged"
             break
-        if best[1] + 10 * max(gained, promise) < hopeless:
+        if _evidence(best[1], _hessian(best[0], moving)) + 10 * max(gained, promise) < hopeless:
             break
     here, score, z = best
     H = _hessian(here, moving)
     if code == "stopped" and np.max(np.abs(z[moving]), initial=0.0) > FARTHEST:
         code = "ran away"
     return Fit(
-        model, z, np.asarray(np.linalg.inv(H)), here.log_likelihood, score,
-        score - 0.5 * float(np.linalg.slogdet(H)[1]), code, step,
+        model, z, np.asarray(np.linalg.inv(H)), here.log_likelihood, score, _evidence(score, H),
+        code, step,
     )  # fmt: skip
 
 
@@ -200,6 +200,11 @@ def _hessian(here: Value, moving: NDArray[np.bool_]) -> Array:
     """Return minus the log posterior's second derivatives (Gauss-Newton); 1 for what is held."""
     H = here.information + np.eye(len(moving))
     return np.where(np.outer(moving, moving), H, np.eye(len(moving)))
+
+
+def _evidence(posterior: float, H: Array) -> float:
+    """Return the log evidence by Laplace's method, of a log posterior and its curvature."""
+    return posterior - 0.5 * float(np.linalg.slogdet(H)[1])
 
 
 def _within_reach(model: Model, delta: Array) -> Array:
