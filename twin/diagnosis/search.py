@@ -268,7 +268,9 @@ def dropped(
 ) -> Explanation | None:
     """Return the explanation without one of its mechanisms, fitted again.
 
-    The fit begins where the others are now, or where they were without it, whichever is likelier.
+    One fit begins where the others are now or where they were without it, whichever is likelier.
+    Others begin with a process noise so wide that what the mechanism had taken upon itself does not
+    hold the rest back, from where that is and from the nominal twin.
     """
     h = best.hypothesis
     fewer = replace(
@@ -283,5 +285,7 @@ def dropped(
         if e.labels and set(e.labels) <= kept:
             then = dict(zip((u.name for u in e.hypothesis.unknowns), e.fit.z, strict=True))
             options.append(np.array([then.get(u.name, known[u.name]) for u in fewer.unknowns]))
-    _, z, _ = likeliest(fewer, options)
-    return _explained(fewer, z, cost, best.log_odds)
+    _, near, _ = likeliest(fewer, options)
+    _, *wide = beginnings(fewer, options[0])
+    fits = [_explained(fewer, z, cost, best.log_odds) for z in (near, *wide)]
+    return max((e for e in fits if e is not None), key=lambda e: e.log_odds, default=None)

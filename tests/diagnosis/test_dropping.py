@@ -1,0 +1,45 @@
+"""A mechanism that is not needed any more goes, though the others grew up beside it."""
+
+from dataclasses import replace
+
+import numpy as np
+from diagnosis_support import lumped, recorded
+
+from twin.diagnosis.beginning import added, moved_to, widened
+from twin.diagnosis.candidates import motions, scales_of
+from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.offer import offer
+from twin.diagnosis.prepare import prepare
+from twin.diagnosis.search import Explanation, dropped
+from twin.estimation.fit import fit
+from twin.estimation.likelihood import evaluate
+from twin.mechanisms.bumper import Bumper
+from twin.mechanisms.coulomb_friction import CoulombFriction
+
+
+def test_a_force_that_stood_for_two_laws_goes_when_both_are_there():
+    both = lumped(CoulombFriction("storey1", 0.4), Bumper("storey1", 15000.0, 0.0015))
+    train = [recorded(both, seed, scale=2.0, seconds=8.0, noise=5e-3) for seed in (1, 2)]
+    ready = prepare(lumped(), train, [recorded(both, 3, scale=2.0, seconds=8.0)])
+    problem = ready.train
+    blank = Hypothesis(problem)
+    nothing = fit(blank, widened(blank, np.zeros(len(blank.unknowns))))
+    moved = motions(problem, blank, nothing.z)
+    h, z = replace(blank, scales=scales_of(problem, moved)), nothing.z
+    runs = evaluate(blank, nothing.z, derivatives=False).runs
+    candidates = {c.label: c for c in offer(problem, ready.kinds)(moved, runs)}
+    for name, place in (("unmeasured_force", "floor1"), ("bumper", "storey1"),
+                        ("coulomb_friction", "storey1")):  # fmt: skip
+        candidate = candidates[name, place]
+        grown = added(h, candidate, candidate.starts[0])
+        z = moved_to(grown, h, z, candidate.starts[0])
+        found = fit(grown, z)
+        h, z = grown, found.z
+    three = Explanation(h, found, found.log_evidence)
+    two = dropped(three, 0, 0.0)
+    assert two is not None
+    assert two.labels == (("bumper", "storey1"), ("coulomb_friction", "storey1"))
+    assert two.log_odds > three.log_odds
+    stop, friction = two.hypothesis.at(two.fit.z)
+    values = [stop.values["gap"], friction.values["force"]]
+    np.testing.assert_allclose(values, [0.0015, 0.4], rtol=0.1)
