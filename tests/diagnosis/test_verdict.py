@@ -48,3 +48,10 @@ def test_what_stands_beside_a_mechanism_is_not_its_rival():
     best = Tried((A, B), 100.0)
     rivals, _ = _rivals(best, [Tried((), 0.0), Tried((A,), 20.0), Tried((B,), 70.0), best], 0)
     assert [(r.labels, delta) for r, delta in rivals] == [((B,), -30.0)]
+
+
+def test_what_does_alone_what_two_do_is_a_rival_of_both():
+    best = Tried((A, B), 100.0)
+    tried = [Tried((), 0.0), Tried((A,), 60.0), Tried((C,), 90.0), best]
+    rivals, _ = _rivals(best, tried, 0)
+    assert {r.labels: delta for r, delta in rivals} == {(): -60.0, (C,): -10.0}

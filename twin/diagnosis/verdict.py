@@ -142,7 +142,9 @@ def _rivals(
             # what the best one has besides is no rival of what it has here, though found later
             if kept <= has and len(has - kept) <= 1 and not (has - kept) & set(labels):
                 key = next(iter(has - kept), None)
-                rivals[key] = other, other.log_odds - reference.log_odds
+                # what is likelier than the mechanism alone stands for what came to it later, too
+                likelier = other.log_odds > reference.log_odds
+                rivals[key] = other, other.log_odds - (best if likelier else reference).log_odds
     loss = -rivals[None][1] if None in rivals else 0.0
     return sorted(rivals.values(), key=lambda pair: -pair[1]), loss
 
