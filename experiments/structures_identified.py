@@ -48,9 +48,9 @@ class Plan:
 
 
 PLANS = {
-    "portal_3d": Plan(("force_floor1_x", "force_floor2_y"), (0.5, 20.0), 1.0, 64.0, 64.0),
+    "portal_3d": Plan(("force_floor1_x", "force_floor2_y"), (0.5, 20.0), 0.05, 64.0, 64.0),
     "rotated_sensors": Plan(("force_a", "force_b"), (0.5, 20.0), 1.0, 64.0, 64.0),
-    "cantilever": Plan(("force_mid", "force_tip"), (0.5, 40.0), 0.05, 128.0, 32.0),
+    "cantilever": Plan(("force_mid", "force_tip"), (0.5, 40.0), 0.005, 128.0, 32.0),
 }
 
 

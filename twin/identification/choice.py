@@ -32,6 +32,11 @@ SAME_SHAPE = 0.99
 PATIENCE = 2
 """Models in a row that are worse for having lost a mode before the search ends."""
 
+CERTAIN = 2.0
+"""Multiple of the root of a mode's price beyond which its damping's distance from none, in
+standard deviations, leaves no doubt: the rise of the criterion without the mode is then at least
+the square of that distance, four times the price."""
+
 DECISIVE = 20.0
 """Difference in BIC below which records do not tell how the input behaves between samples."""
 
@@ -51,10 +56,28 @@ class Attempt:
     fit: ModalFit
 
 
+@dataclass(frozen=True)
+class Start:
+    """Poles found by other means than OKID and ERA.
+
+    Attributes:
+        origin: of the poles, in words.
+        poles: [rad/s], (modes,).
+        hold: what the input does between its samples.
+    """
+
+    origin: str
+    poles: ComplexArray
+    hold: Hold
+
+
 def best_attempts(
-    records: Records, found: Realizations, band_hz: tuple[float, float] | None
+    records: Records,
+    found: Realizations,
+    band_hz: tuple[float, float] | None,
+    start: Start | None = None,
 ) -> list[Attempt]:
-    """Fit from every starting point and for either inter-sample behaviour.
+    """Fit from every starting point and for either inter-sample behaviour, or from a given start.
 
     Returns:
         The best attempt for each behaviour.
@@ -67,9 +90,10 @@ def best_attempts(
     # The same samples are left free whatever the hold, so that likelihoods can be compared.
     spectra = records.spectra(band_hz, edges=True)
     top = max(float(s.omega[-1]) for s in spectra)
-    for hold in HOLDS:
+    starts = [(start.origin, start.poles)] if start else candidate_poles(found)
+    for hold in (start.hold,) if start else HOLDS:
         attempts = []
-        for name, poles in candidate_poles(found):
+        for name, poles in starts:
             inside = poles[np.abs(poles) < OUT_OF_BAND * top]
             if not len(inside):
                 continue
@@ -85,7 +109,11 @@ def best_attempts(
 
 
 def believable_fits(
-    records: Records, found: Realizations, band_hz: tuple[float, float] | None, prune: bool
+    records: Records,
+    found: Realizations,
+    band_hz: tuple[float, float] | None,
+    prune: bool,
+    start: Start | None = None,
 ) -> list[tuple[str, ModalFit]]:
     """Return the fits the records allow, the one to believe first in front, with their origins.
 
@@ -98,13 +126,14 @@ def believable_fits(
         found: OKID and ERA's realizations.
         band_hz: frequencies to use, or None for what the input excites.
         prune: whether modes may be dropped (not where the order was given by hand).
+        start: where to start instead of what OKID and ERA say.
 
     Raises:
         IdentificationError: no starting point leads to a fit.
     """
     spectra = records.spectra(band_hz, edges=True)
     fits = []
-    for attempt in best_attempts(records, found, band_hz):
+    for attempt in best_attempts(records, found, band_hz, start):
         fit = attempt.fit
         fuller = fit_modal(spectra, attempt.poles, fit.hold, residual=True)
         fit = fuller if fuller.bic < fit.bic else fit
@@ -129,8 +158,10 @@ def _fewer_modes(fit: ModalFit, poles: ComplexArray, spectra: Sequence[Spectrum]
     """Drop modes that no structure has, then every mode the data are better off without.
 
     Every smaller model starts from the starting poles that are left, not from where a larger
-    model took them. The best of the models whose modes all lose energy, lie inside the band and
-    are resonances is returned; the best of all where there is none.
+    model took them. A mode whose damping is so many standard deviations from none that without it
+    the likelihood must fall by far more than its unknowns cost is not tried. The best of the
+    models whose modes all lose energy, lie inside the band and are resonances is returned; the
+    best of all where there is none.
     """
     tried = [fit]
     rises = 0
@@ -139,11 +170,20 @@ def _fewer_modes(fit: ModalFit, poles: ComplexArray, spectra: Sequence[Spectrum]
         impossible = _impossible(last, spectra)
         _, damping_std = last.modal_std(bound=True)
         vague = damping_std / np.maximum(np.abs(last.parameters.zeta), 1e-6)
+        if not impossible.any() and np.max(vague) * CERTAIN * np.sqrt(_price(last)) < 1:
+            break
         poles = np.delete(poles, int(np.argmax(np.where(impossible, np.inf, vague))))
         tried.append(fit_modal(spectra, poles, fit.hold, fit.residual))
         rises = 0 if impossible.any() or tried[-1].bic < last.bic else rises + 1
     possible = [trial for trial in tried if not _impossible(trial, spectra).any()]
     return min(possible or tried, key=lambda trial: trial.bic)
+
+
+def _price(fit: ModalFit) -> float:
+    """Return what the Bayesian information criterion charges for a mode."""
+    outputs, _ = fit.parameters.psi.shape
+    of_shape = 2 * (outputs - 1) + 2 * fit.parameters.participation.shape[1]
+    return (2 + of_shape + 2 * len(fit.parameters.transient)) * float(np.log(fit.data))
 
 
 def _impossible(fit: ModalFit, spectra: Sequence[Spectrum]) -> NDArray[np.bool_]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.errors import IdentificationError
-from twin.identification.choice import believable_fits
+from twin.identification.choice import Start, believable_fits
 from twin.identification.discrete import predict, realize
 from twin.identification.doubts import UNEXPLAINED, doubts_of_band, doubts_of_data, doubts_of_fit
 from twin.identification.doubts_of_modes import doubts_of_modes
@@ -22,7 +22,7 @@ from twin.identification.second_order import second_order_from_poles
 from twin.identification.segments import Progress
 from twin.identification.starts import realizations
 from twin.identification.structured import Structure, structured_second_order
-from twin.identification.wide_result import identify_picked, identify_wide, is_wide
+from twin.identification.wide_result import affordable, identify_picked, identify_wide, is_wide
 from twin.modal import ModalModel
 from twin.recording import Recording
 
@@ -97,7 +97,7 @@ def _best(
     """Take the route that suits the records, and the other where that one finds no structure."""
     by_hand = order is not None or p is not None
     if not by_hand and is_wide(records, band_hz):
-        return identify_wide(records, band_hz, progress)
+        return _whole(records, band_hz, identify_wide(records, band_hz, progress), progress)
     try:
         found = _identify(records, order, p, band_hz)
     except IdentificationError:
@@ -113,6 +113,36 @@ def _best(
     return found if _possible(found) and found.nrmse <= other.nrmse else other
 
 
+def _whole(
+    records: Records,
+    band_hz: tuple[float, float] | None,
+    found: Identification,
+    progress: Progress | None,
+) -> Identification:
+    """Fit all modes at once from what the segments gave, where that is affordable and likelier.
+
+    Segments have a noise level each; the fit at once knows the noise of the measured inputs, which
+    is loud where the structure is.
+    """
+    assert found.fit is not None
+    if not affordable(records, found.fit):
+        return found
+    if progress:
+        progress("all modes at once", 1, 1)
+    poles = 2 * np.pi * found.modal.natural_freq * _unit_pole(found.modal.damping_ratio)
+    start = Start("least-squares complex frequency", poles, found.fit.hold)
+    try:
+        whole = _identify(records, None, None, band_hz, start)
+    except IdentificationError:
+        return found
+    assert whole.fit is not None
+    return whole if _possible(whole) and whole.fit.bic < found.fit.bic else found
+
+
+def _unit_pole(damping_ratio: NDArray[np.float64]) -> ComplexArray:
+    return np.asarray(-damping_ratio + 1j * np.sqrt(1 - damping_ratio**2))
+
+
 def _possible(found: Identification) -> bool:
     """Whether every mode loses energy and is known better than it is large."""
     std = found.modal.damping_ratio_std
@@ -125,19 +155,25 @@ def _sound(found: Identification) -> bool:
 
 
 def _identify(
-    records: Records, order: int | None, p: int | None, band_hz: tuple[float, float] | None
+    records: Records,
+    order: int | None,
+    p: int | None,
+    band_hz: tuple[float, float] | None,
+    start: Start | None = None,
 ) -> Identification:
     found = realizations(records, p, order)
     options = []
-    for origin, fit in believable_fits(records, found, band_hz, prune=order is None):
+    for origin, fit in believable_fits(records, found, band_hz, order is None, start):
         structure, believable, remarks = _second_order(fit, records)
         options.append((origin, fit, structure, remarks))
         if believable:
             break
     origin, fit, structure, remarks = options[-1 if believable else 0]
     modes = len(fit.parameters.omega)
-    notes = [*records.notes, f"order {found.order} by {found.chosen_by}"]
-    if 2 * modes != found.order:
+    notes = [*records.notes]
+    if start is None:
+        notes.append(f"order {found.order} by {found.chosen_by}")
+    if start is None and 2 * modes != found.order:
         notes.append(
             f"the data support {modes} modes inside the band (order {2 * modes}), by the Bayesian "
             "information criterion"
@@ -187,7 +223,8 @@ def _identify(
         route=(
             f"maximum likelihood, input {fit.hold}"
             + (" between samples" if fit.hold == "band-limited" else " constant between samples")
-            + f", started from {origin} (p = {found.p})"
+            + f", started from {origin}"
+            + (f" (p = {found.p})" if start is None else "")
         ),
         recordings=records.recordings,
         predicted=tuple(

@@ -15,7 +15,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import optimize
 
 from twin.errors import IdentificationError
 from twin.estimation.noise import NoiseLevels, covariance, fit_noise, whitener
@@ -23,17 +22,18 @@ from twin.identification.modal_response import (
     Hold,
     ModalParameters,
     frequency_response,
-    jacobian,
     respond,
 )
 from twin.identification.modal_start import from_poles
+from twin.identification.normal_equations import Equations, cost_of, equations, least_squares
 from twin.identification.spectra import Spectrum
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-TOLERANCES = (1e-6, 1e-8, 1e-12)
-"""Relative tolerances of the rounds between which the noise levels are estimated anew."""
+TOLERANCES = (1e-2, 1e-4, 1e-8)
+"""Squared distances from the optimum, in standard deviations of the parameters, at which the
+rounds end between which the noise levels are estimated anew: the last at 1e-4 of one."""
 MAX_ZETA = 0.95
 MAX_DRIFT = 1.0
 
@@ -173,57 +173,13 @@ def _solve(
     residual: bool,
     tolerance: float,
 ) -> Array:
-    def error(x: Array) -> Array:
-        p = unpack(x, like, residual)
-        parts = [
-            np.einsum("kij,kj->ki", W, s.Y - respond(p, s, i, hold, w_max)).ravel()
-            for i, (s, W) in enumerate(zip(spectra, whiten, strict=True))
-        ]
-        white = np.concatenate(parts)
-        return np.sqrt(2) * np.concatenate([white.real, white.imag])
+    def linearised(x: Array) -> Equations:
+        return equations(unpack(x, like, residual), spectra, whiten, hold, w_max, residual)
 
-    def slope(x: Array) -> Array:
-        J = whitened_jacobian(unpack(x, like, residual), spectra, whiten, hold, w_max, residual)
-        return -np.sqrt(2) * np.vstack([J.real, J.imag])
+    def cost(x: Array) -> float:
+        return cost_of(unpack(x, like, residual), spectra, whiten, hold, w_max)
 
-    found = optimize.least_squares(
-        error, x, slope, method="lm", x_scale="jac", ftol=tolerance, xtol=tolerance, gtol=1e-12,
-        max_nfev=60,
-    )  # fmt: skip
-    if not np.all(np.isfinite(found.x)):
-        raise IdentificationError("the maximum-likelihood fit diverged")
-    return np.asarray(found.x)
-
-
-def whitened_jacobian(
-    p: ModalParameters,
-    spectra: Sequence[Spectrum],
-    whiten: Sequence[ComplexArray],
-    hold: Hold,
-    w_max: float,
-    residual: bool,
-) -> ComplexArray:
-    """Stack the whitened derivatives of all records, (bins * outputs of all, parameters)."""
-    n = len(p.omega)
-    own = [2 * n + edge.size for edge in p.edges]
-    rows = []
-    for i, (s, W) in enumerate(zip(spectra, whiten, strict=True)):
-        J = jacobian(p, s, i, hold, w_max, residual)
-        J = np.matmul(W, J).reshape(-1, J.shape[2])
-        common = J.shape[1] - own[i]
-        before, after = sum(own[:i]), sum(own[i + 1 :])
-        zero = np.zeros((len(J), 1))
-        rows.append(
-            np.hstack(
-                [
-                    J[:, :common],
-                    np.broadcast_to(zero, (len(J), before)),
-                    J[:, common:],
-                    np.broadcast_to(zero, (len(J), after)),
-                ]
-            )
-        )
-    return np.vstack(rows)
+    return least_squares(x, linearised, cost, tolerance)
 
 
 def _summarise(
@@ -234,20 +190,15 @@ def _summarise(
     w_max: float,
     residual: bool,
 ) -> ModalFit:
-    responses = [frequency_response(p, s, hold, w_max) for s in spectra]
-    errors = [s.Y - respond(p, s, i, hold, w_max) for i, s in enumerate(spectra)]
-    covariances = [covariance(noise, G) for G in responses]
+    covariances = [covariance(noise, frequency_response(p, s, hold, w_max)) for s in spectra]
     whiten = [whitener(C) for C in covariances]
-    J = whitened_jacobian(p, spectra, whiten, hold, w_max, residual)
-    white = np.concatenate(
-        [np.einsum("kij,kj->ki", W, e).ravel() for W, e in zip(whiten, errors, strict=True)]
-    )
-    scale = np.sqrt(np.maximum(np.sum(np.abs(J) ** 2, axis=0), np.finfo(float).tiny))
-    fisher = 2 * np.real((J / scale).conj().T @ (J / scale))
-    inverse = np.linalg.pinv(fisher, hermitian=True)
     n = len(p.omega)
-    misfit = np.ones(J.shape[1])
-    misfit[:n] = misfit[n : 2 * n] = [_misfit(J[:, i], white) for i in range(n)]
+    found = equations(p, spectra, whiten, hold, w_max, residual, kept=2 * n)
+    scale = np.sqrt(np.maximum(np.diag(found.gram), np.finfo(float).tiny))
+    inverse = np.linalg.pinv(found.gram / np.outer(scale, scale), hermitian=True)
+    misfit = np.ones(len(scale))
+    assert found.kept is not None
+    misfit[: 2 * n] = [_misfit(found.kept[:, i], found.white) for i in range(2 * n)]
     log_det = sum(float(np.sum(np.linalg.slogdet(C)[1])) for C in covariances)
     return ModalFit(
         parameters=replace(p),
@@ -257,9 +208,9 @@ def _summarise(
         noise=noise,
         covariance=inverse * np.outer(misfit / scale, misfit / scale),
         fisher_covariance=inverse / np.outer(scale, scale),
-        log_likelihood=-log_det - float(np.sum(np.abs(white) ** 2)),
-        unknowns=J.shape[1] - sum(edge.size for edge in p.edges),
-        data=2 * J.shape[0],
+        log_likelihood=-log_det - found.cost / 2,
+        unknowns=len(scale) - sum(edge.size for edge in p.edges),
+        data=2 * found.white.size,
         w_min=min(float(s.omega[0]) for s in spectra),
     )
 

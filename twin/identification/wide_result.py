@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from twin.errors import IdentificationError
 from twin.identification.discrete import predict, realize
 from twin.identification.listing import listed_modes
+from twin.identification.maximum_likelihood import ModalFit
 from twin.identification.modal_response import Hold
 from twin.identification.pole_diagram import Pick, of_records
 from twin.identification.proportional_damping import proportional_damping
@@ -19,12 +20,25 @@ from twin.identification.wide_band import WideFit, fit_wide, starting_poles
 from twin.modal import ModalModel
 
 DATA = 8_000
-"""Complex data in the band beyond which the exact fit of all modes at once takes minutes."""
+"""Complex data in the band beyond which fits of all modes at once from every start that OKID and
+ERA give take minutes."""
+
+OPERATIONS = 5e9
+"""Multiplications of one Gauss-Newton step, data times unknowns squared, up to which all modes are
+fitted at once from the poles that the segments gave: about a second a step on one core."""
 
 
 def is_wide(records: Records, band_hz: tuple[float, float] | None) -> bool:
     """Whether the records hold too many data for the fit of all modes at once."""
     return sum(s.Y.size for s in records.spectra(band_hz, edges=False)) > DATA
+
+
+def affordable(records: Records, fit: ModalFit) -> bool:
+    """Whether all modes of a fit by segments can be refined at once in seconds."""
+    modes, inputs = fit.parameters.participation.shape
+    outputs, count = len(records.outputs), len(records.u)
+    unknowns = modes * 2 * (outputs + inputs + count) + 2 * outputs * inputs
+    return fit.data * float(unknowns) ** 2 < OPERATIONS
 
 
 def identify_wide(
