@@ -68,10 +68,24 @@ def test_a_beam_whose_upper_modes_are_fast_is_predicted_to_a_thousandth(off):
     assert np.max(left) < 2e-3
 
 
-def test_where_all_modes_are_slow_lines_miss_nothing():
-    model = lumped().linear(("force_floor2",), ("acc_floor1",))
-    assert not np.any(above(model, 1 / 128.0))
-    assert not np.any(hold_error(model, rng(1).standard_normal((256, 1)), 1 / 128.0))
+@pytest.mark.parametrize("highest", [40.0, 120.0])
+def test_what_a_force_has_near_half_the_sampling_rate_is_predicted_too(highest):
+    model = lumped().linear(("force_floor2",), ("acc_floor1", "acc_floor2"))
+    model = replace(model, R=20 * model.R)
+    assert not np.any(above(model, 1 / RATE))
+    u = random_force(highest, 1)
+    y = answer(model, u)
+    levels, scale = 1e-4 * np.std(y, axis=0), np.full((1, len(model.coordinates)), 1e-6)
+    measured = Measured("a", u, y, np.array([1e-9]), levels)
+    problem = Problem(model, (measured,), RATE, 0.01, 0.3, ("band_limited",), scale)
+    hypothesis = Hypothesis(problem)
+    quiet = np.array([-3.0 if x.name.startswith("process") else 0.0 for x in hypothesis.unknowns])
+    (run,) = passes(hypothesis, quiet)
+    late = slice(SAMPLES // 2, SAMPLES - 20)
+    left = np.sqrt(np.mean(run.e[late] ** 2, axis=0)) / np.std(y, axis=0)
+    assert np.max(left) < 2e-4
+    missed = hold_error(model, u, 1 / RATE)[late]
+    assert np.max(np.std(missed, axis=0) / np.std(y, axis=0)) > (1e-3 if highest > 100 else 1e-7)
 
 
 def test_noise_of_a_force_is_estimated_where_it_drives_fast_modes():

@@ -23,9 +23,9 @@ DATA = 8_000
 """Complex data in the band beyond which fits of all modes at once from every start that OKID and
 ERA give take minutes."""
 
-OPERATIONS = 5e9
+OPERATIONS = 1e9
 """Multiplications of one Gauss-Newton step, data times unknowns squared, up to which all modes are
-fitted at once from the poles that the segments gave: about a second a step on one core."""
+fitted at once from the poles that the segments gave: a fifth of a second a step on one core."""
 
 
 def is_wide(records: Records, band_hz: tuple[float, float] | None) -> bool:
