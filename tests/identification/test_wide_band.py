@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from wide_support import FREQ, OUTPUTS, RATE, ZETA, poles, record
 
+from twin import shaker_test
 from twin.errors import IdentificationError
 from twin.identification import wide_result
 from twin.identification.clusters import clusters, diagram
@@ -19,6 +20,7 @@ from twin.identification.separable_terms import Drive, Terms
 from twin.identification.spectra import spectrum
 from twin.identification.unseen import unseen_nrmse
 from twin.identification.wide_band import fit_wide, starting_poles
+from twin.model import Twin
 from twin.recording import Recording
 
 
@@ -57,8 +59,15 @@ def test_segments_hold_few_modes_and_cover_the_band():
     assert sum(np.sum(p.holds(omega)) for p in parts) == len(omega)
 
 
-def test_every_mode_is_found_and_no_other_and_the_intervals_hold(monkeypatch):
+def by_segments(monkeypatch, operations=0):
+    """Few data are taken for many; all modes at once only where so many operations are allowed."""
     monkeypatch.setattr(wide_result, "DATA", 1000)
+    monkeypatch.setattr(wide_result, "OPERATIONS", operations)
+
+
+@pytest.mark.parametrize("operations", [0, wide_result.OPERATIONS])
+def test_every_mode_is_found_and_no_other_and_the_intervals_hold(monkeypatch, operations):
+    by_segments(monkeypatch, operations)
     found = identify([recording(1), recording(2)], band_hz=(40, 700))
     np.testing.assert_allclose(found.modal.natural_freq, FREQ, rtol=1e-4)
     error = found.modal.natural_freq - FREQ
@@ -70,7 +79,7 @@ def test_every_mode_is_found_and_no_other_and_the_intervals_hold(monkeypatch):
 
 
 def test_the_force_that_is_held_is_told_from_one_that_is_band_limited(monkeypatch):
-    monkeypatch.setattr(wide_result, "DATA", 1000)
+    by_segments(monkeypatch)
     assert "input held" in identify([recording(1)], band_hz=(40, 700)).route
 
 
@@ -82,16 +91,17 @@ def test_noise_alone_gives_no_mode():
 
 
 def test_progress_is_told(monkeypatch):
-    monkeypatch.setattr(wide_result, "DATA", 1000)
+    by_segments(monkeypatch, wide_result.OPERATIONS)
     told = []
     identify([recording(1)], band_hz=(40, 300), progress=lambda *step: told.append(step))
-    assert {what for what, _, _ in told} == {"least-squares complex frequency", "refining"}
+    steps = {"least-squares complex frequency", "refining", "all modes at once"}
+    assert {what for what, _, _ in told} == steps
     assert all(1 <= step <= steps for _, step, steps in told)
 
 
 def test_poles_that_share_a_bandwidth_and_a_shape_are_listed_as_one(monkeypatch):
     """A damping that falls as the motion dies away takes more than one pole and is one mode."""
-    monkeypatch.setattr(wide_result, "DATA", 1000)
+    by_segments(monkeypatch)
     u, _ = record(0, 8192, 0.0, 0)
     t = np.arange(8192) / RATE
     start = 42 / RATE
@@ -134,9 +144,28 @@ def test_a_hit_early_in_the_record_starts_at_rest_though_the_filter_rings_before
 
 
 def test_a_mode_close_beyond_the_band_is_felt_and_not_listed(monkeypatch):
-    monkeypatch.setattr(wide_result, "DATA", 1000)
+    by_segments(monkeypatch)
     found = identify([recording(1), recording(2)], band_hz=(100, 585))
     inside = FREQ[(FREQ > 100) & (FREQ < 585)]
     np.testing.assert_allclose(found.modal.natural_freq, inside, rtol=1e-4)
     assert found.nrmse < 0.012
     assert any("beyond the band" in note for note in found.notes)
+
+
+def test_noise_of_the_measured_inputs_is_known_where_the_structure_is_loud(monkeypatch):
+    """A segment knows one level; a force that is measured badly is loud at the resonances."""
+    shaken = shaker_test(
+        "portal_3d", ("force_floor1_x", "force_floor2_y"), level_n=0.05, band_hz=(0.5, 20.0),
+        rate_hz=64.0, duration_s=64.0, input_noise=0.01, seed=1,
+    )  # fmt: skip
+    modes = Twin.load("portal_3d").linearisation().generalised.modes()
+    off = {}
+    for name, operations in (("segments", 0), ("at once", wide_result.OPERATIONS)):
+        by_segments(monkeypatch, operations)
+        modal = identify([shaken]).modal
+        assert len(modal.natural_freq) == len(modes.natural_freq)
+        freq = (modal.natural_freq - modes.natural_freq) / modal.natural_freq_std
+        damping = (modal.damping_ratio - modes.damping_ratio) / modal.damping_ratio_std
+        off[name] = np.max(np.abs([freq, damping]))
+    assert off["at once"] < 3.5
+    assert off["segments"] > 1.5 * off["at once"]
