@@ -7,9 +7,12 @@ import pytest
 
 from twin.diagnosis.exported import twin_of
 from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.known import shifts, unknowns_of, valued
 from twin.diagnosis.prepare import prepare
 from twin.errors import ModelError
+from twin.estimation.fit import fit
 from twin.estimation.likelihood import evaluate
+from twin.mechanisms import vocabulary
 from twin.model import Twin
 from twin.model.contents import nonlinear_elements
 from twin.recording import Recording
@@ -42,9 +45,51 @@ def test_a_spring_of_the_users_own_is_in_every_hypothesis_and_never_exported_twi
     z = np.zeros(len(blank.unknowns))
     linear = Hypothesis(replace(ready.train, known=(), known_scales=None))
     with_it = evaluate(blank, z, derivatives=False).log_likelihood
-    assert with_it > evaluate(linear, z, derivatives=False).log_likelihood + 1000
+    assert (
+        with_it
+        > evaluate(linear, np.zeros(len(linear.unknowns)), derivatives=False).log_likelihood + 1000
+    )
     (element,) = nonlinear_elements(twin_of(twin, blank, z).compile())
     assert element.values["stiffness"] == 1.5e6
+
+
+def test_a_value_of_the_users_own_is_estimated_with_the_rest_and_exported():
+    true, model = chain(" 0 1.6e6"), chain(" 0 1.5e6")
+    ready = prepare(model, [recording(true, 1), recording(true, 3)], [recording(true, 2)])
+    blank = Hypothesis(ready.train)
+    found = fit(blank)
+    (name,) = (n for n in found.values if n.startswith("known"))
+    assert found.values[name] == pytest.approx(1.6e6, abs=3 * found.deviations[name])
+    assert found.deviations[name] < 0.02e6
+    (value,) = (m.stiffness for m in ready.train.known_at(found.z))
+    assert value == pytest.approx(found.values[name])
+    (note,) = shifts(ready.train.known, ready.train.of_known, *own(ready.train, found))
+    assert "cubic_stiffness at storey2" in note
+    assert "1.5e+06 in the model" in note
+    again = prepare(twin_of(model, blank, found.z), [recording(true, 1)], [recording(true, 2)])
+    assert sum(m.stiffness for m in again.train.known) == pytest.approx(value, rel=1e-6)
+
+
+def own(problem, found):
+    last = len(problem.base_unknowns)
+    part = slice(last - len(problem.of_known), last)
+    return found.z[part], np.sqrt(np.diag(found.covariance))[part]
+
+
+def test_a_law_of_the_users_own_is_no_more_exact_than_one_that_is_found():
+    ready = prepare(chain(), [recording(chain(), 1)], [recording(chain(), 2)])
+    assert Hypothesis(ready.train).ports == ("storey2",)
+
+
+def test_a_share_goes_with_its_whole():
+    gap = vocabulary()["clearance"]("storey2").with_values(
+        {"stiffness": 300.0, "gap": 1e-3, "replaced": 150.0}
+    )
+    z = np.array([1.0, 0.0])
+    (moved,) = valued((gap,), unknowns_of((gap,), 0.1), z)
+    assert moved.stiffness == pytest.approx(300 * np.exp(0.1))
+    assert moved.replaced == pytest.approx(150 * np.exp(0.1))
+    assert moved.gap == pytest.approx(1e-3)
 
 
 def test_a_linear_model_holds_nothing_and_gets_no_note():

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.known import differences
 from twin.diagnosis.problem import Between, Measured, Problem
 from twin.errors import ModelError
 from twin.mechanisms.damping import Damping
@@ -83,7 +84,9 @@ def dashpots(model: LinearModel, change: Array) -> tuple[Damping, ...]:
 
 def twin_of(twin: Twin, hypothesis: Hypothesis, z: Array) -> Twin:
     """Return the twin that a hypothesis is at values z of its unknowns, (p,)."""
-    return including(twin, (*base_mechanisms(hypothesis.problem, z), *hypothesis.at(z)))
+    problem = hypothesis.problem
+    more = differences(problem.known, problem.known_at(z))
+    return including(twin, (*base_mechanisms(problem, z), *more, *hypothesis.at(z)))
 
 
 def including(twin: Twin, mechanisms: Sequence[Mechanism]) -> Twin:

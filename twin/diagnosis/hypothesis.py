@@ -87,8 +87,9 @@ class Hypothesis:
 
     @cached_property
     def ports(self) -> tuple[str, ...]:
-        """Ports of the laws, each once: there stands a discrepancy."""
-        return tuple(dict.fromkeys(law.place for law in self.laws))
+        """Ports of the laws, found or held by the model, each once: there stands a discrepancy."""
+        every = (*self.mechanisms, *self.problem.known)
+        return tuple(dict.fromkeys(law.place for law in every if isinstance(law, Law)))
 
     @cached_property
     def smeared(self) -> tuple[str, ...]:
@@ -142,8 +143,7 @@ class Hypothesis:
             if place in self.smeared:
                 size, quick = self.problem.readings[place], CUT_OFF * self.problem.sampling_hz / 2
             else:
-                assert self.scales is not None
-                size, quick = self.scales.at(place)[0], self.middle_hz
+                size, quick = self._around(place)[0], self.middle_hz
             level = float(np.log(DISCREPANCY_SHARE * max(size, TINY)))
             out.append(Unknown(f"discrepancy {place}", level, DISCREPANCY_DEVIATION, True))
             out.append(Unknown(f"discrepancy {place} frequency", float(np.log(quick)), 1.0, True))
@@ -174,7 +174,7 @@ class Hypothesis:
         """Return systems, noise levels and laws at values z, (p,)."""
         problem = self.problem
         values = [u.value(float(x)) for u, x in zip(self.unknowns, z, strict=True)]
-        mechanisms = (*self.at(z), *problem.known)
+        mechanisms = (*self.at(z), *problem.known_at(z))
         at = len(problem.base_unknowns) + sum(len(m.parameters) for m in self.mechanisms)
         plants, which, starts = self._plants(z, mechanisms, values[at : at + 2 * len(self.doubted)])
         at += 2 * len(self.doubted)
@@ -195,17 +195,23 @@ class Hypothesis:
         numbers = np.zeros((len(laws), MOST_NUMBERS))
         scales = np.ones((len(laws), 3))
         for j, law in enumerate(laws):
-            around = problem.known_scales if law in problem.known else self.scales
-            assert around is not None
             bare = law.parted()[0].numbers
             numbers[j, : len(bare)] = bare
-            scales[j] = around.at(law.place)
+            scales[j] = self._around(law.place)
         compiled = tuple(law.compiled for law in laws)
         systems = tuple(plant.system for plant in plants)
         return Assembly(
             systems, which, tuple(noises), compiled, numbers, scales, self._steps(scales),
             problem.held, self._trials(mechanisms),
         )  # fmt: skip
+
+    def _around(self, place: str) -> tuple[float, float, float]:
+        """Return the scales of force, displacement and rate at a law's port."""
+        known = self.problem.known_scales
+        if known is not None and place in known.by_port:
+            return known.at(place)
+        assert self.scales is not None
+        return self.scales.at(place)
 
     def _steps(self, scales: Array) -> int:
         """Return the parts of a sample for laws whose ports move with these scales, (l, 3)."""

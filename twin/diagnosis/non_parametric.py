@@ -75,7 +75,7 @@ def in_place_of(
     at_ports = {m.place for m in mechanisms if not isinstance(m, ChannelFault)}
     wide = any(isinstance(mechanisms[i], Disturbance) for i in dubious)
     kept_laws = [m for i, m in enumerate(mechanisms) if i not in dubious and isinstance(m, Law)]
-    known = [m for m in hypothesis.problem.known if isinstance(m, Law)]
+    known = [m for m in hypothesis.problem.known_at(fit.z) if isinstance(m, Law)]
     forces = _missing(hypothesis, fit, moved, (*kept_laws, *known))
     options = []
     for candidate in generic:

@@ -40,7 +40,7 @@ def force_pictures(
     """
     problem = best.hypothesis.problem
     laws = _laws(best)
-    every_law = (*laws, *_known(problem))
+    every_law = (*laws, *_known(problem, best.fit.z))
     along = {law: [along_motion(law, problem, m) for m in moved] for law in every_law}
     out = []
     for place in list(dict.fromkeys(places))[: PLACES + len(findings)]:
@@ -72,9 +72,9 @@ def _laws(best: Explanation) -> tuple[Law, ...]:
     return tuple(m for m in best.hypothesis.at(best.fit.z) if isinstance(m, Law))
 
 
-def _known(problem: Problem) -> tuple[Law, ...]:
-    """Return the laws that the model itself holds."""
-    return tuple(m for m in problem.known if isinstance(m, Law))
+def _known(problem: Problem, z: Array) -> tuple[Law, ...]:
+    """Return the laws that the model itself holds, with their estimates."""
+    return tuple(m for m in problem.known_at(z) if isinstance(m, Law))
 
 
 def _grid(values: Array) -> Array:

@@ -14,6 +14,7 @@ from twin.diagnosis.comparison import compare
 from twin.diagnosis.detection import detect
 from twin.diagnosis.exported import base_mechanisms
 from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.known import shifts
 from twin.diagnosis.next_test import next_test
 from twin.diagnosis.offer import offer
 from twin.diagnosis.pictures import force_pictures
@@ -135,7 +136,7 @@ def diagnose(
         compared.twins["explained"],
         next_experiment=next_test(found, ready.twin.source, seed),
         negligible=judged.negligible,
-        notes=_notes(ready, problem, judged) + compared.notes,
+        notes=_notes(ready, found.best, judged) + compared.notes,
         seconds=clock.seconds,
         steps=dict(clock.steps),
     )
@@ -180,7 +181,17 @@ def _where(scores: Sequence[Score], problem: Problem) -> dict[str, float]:
     return out
 
 
-def _notes(ready: Prepared, problem: Problem, judged: Judgement) -> tuple[str, ...]:
+def _notes(ready: Prepared, best: Explanation, judged: Judgement) -> tuple[str, ...]:
+    problem = best.hypothesis.problem
     lacking = [f"{f.mechanism.name}: {f.mechanism.mjcf}" for f in judged.findings
                if f.mechanism.mjcf]  # fmt: skip
-    return (*ready.notes, in_words(problem), *lacking, *judged.notes)
+    return (*ready.notes, in_words(problem), *_shifted(best), *lacking, *judged.notes)
+
+
+def _shifted(best: Explanation) -> tuple[str, ...]:
+    """Say which values of what the model holds the recordings put elsewhere."""
+    problem = best.hypothesis.problem
+    last = len(problem.base_unknowns)
+    own = slice(last - len(problem.of_known), last)
+    std = np.sqrt(np.maximum(np.diag(best.fit.covariance), 0.0))
+    return shifts(problem.known, problem.of_known, best.fit.z[own], std[own])

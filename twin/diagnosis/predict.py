@@ -163,7 +163,7 @@ def stages(hypothesis: Hypothesis, z: Array) -> list[Stage]:
     out = []
     for t, trial in enumerate(here.trials):
         plant, noise = plants[here.which[t]], here.noises[t]
-        everything = (*hypothesis.at(z), *hypothesis.problem.known)
+        everything = (*hypothesis.at(z), *hypothesis.problem.known_at(z))
         averages = averages_at(hypothesis, here, plants, t)
         gain = gains(plant, noise, equivalent=averages.equivalent, missing=trial.missing)
         out.append(Stage(everything, names, here, trial, plant, noise, gain, averages))

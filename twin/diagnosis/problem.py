@@ -11,12 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.arrays import frozen
+from twin.diagnosis.known import OfKnown, unknowns_of, valued
 from twin.diagnosis.scales import Scales
 from twin.diagnosis.straight import hold_error, noise_gain, prefiltered, well_damped
 from twin.estimation.model import Trial, Unknown
 from twin.mechanisms.mechanism import Mechanism
 from twin.model.linear import LinearModel
 from twin.model.port import Body
+from twin.model.shaken import with_inertia
 
 Array = NDArray[np.float64]
 Between = Literal["band_limited", "linear", "held"]
@@ -88,7 +90,8 @@ class Problem:
         between: what each input does between samples, (r,).
         scale: RMS of the modal displacements of each recording, (recordings, n); the state before
             the first sample is taken as of that size.
-        known: mechanisms that the model itself holds, with its values: part of every hypothesis.
+        known: mechanisms that the model itself holds, part of every hypothesis: their values are
+            as uncertain as dampings, and no more exact a law than any.
         known_scales: of force, displacement and rate at their ports.
     """
 
@@ -208,7 +211,7 @@ class Problem:
 
     @cached_property
     def base_unknowns(self) -> tuple[Unknown, ...]:
-        """Stiffnesses, masses and dampings of the twin, positive by construction."""
+        """Stiffnesses, masses and dampings of the twin, positive by construction, and its laws'."""
         loose = self.damping_tolerance
         return (
             *(Unknown(f"stiffness {n}", np.log(k), self.tolerance, True)
@@ -216,7 +219,18 @@ class Problem:
             *(Unknown(f"mass {n}", np.log(b.mass), self.tolerance, True) for n, b in self.masses),
             *(Unknown(f"damping of mode {i + 1}", np.log(r), loose, True)
               for i, r in self.dampings),
+            *(own.unknown for own in self.of_known),
         )  # fmt: skip
+
+    @cached_property
+    def of_known(self) -> tuple[OfKnown, ...]:
+        """Values of what the model holds, the last of the base unknowns."""
+        return unknowns_of(self.known, self.damping_tolerance, self.known_scales)
+
+    def known_at(self, z: Array) -> tuple[Mechanism, ...]:
+        """Return what the model holds at values z of the unknowns, base first, (p,)."""
+        count = len(self.base_unknowns)
+        return valued(self.known, self.of_known, z[count - len(self.of_known) : count])
 
     @cached_property
     def noise_gain(self) -> Array | None:
@@ -247,21 +261,11 @@ class Problem:
 
     def _with_inertia(self, model: LinearModel, z: Array) -> LinearModel:
         """Return the model with the inertia forces of a shaken base that its masses have."""
-        if not any(name.startswith("acc_ground") for name in model.inputs):
-            return model
-        from twin.model.port import AXES, ground_inputs
-
-        B, base = np.array(model.B), dict(model.base)
         first = len(self.stiffnesses)
-        for axis in base:
-            row = np.array(base[axis].row)
-            for i, (_, body) in enumerate(self.masses):
-                share = np.expm1(self.tolerance * z[first + i])
-                row += body.mass * share * body.translation[AXES.index(axis)]
-            base[axis] = replace(base[axis], row=row)
-        for axis, column in ground_inputs(model.inputs, model.base).items():
-            B[:, column] += model.base[axis].row - base[axis].row
-        return replace(model, B=B, base=base)
+        shares = np.expm1(self.tolerance * z[first : first + len(self.masses)])
+        return with_inertia(
+            model, [(b, float(s)) for (_, b), s in zip(self.masses, shares, strict=True)]
+        )
 
     @cached_property
     def noise_unknowns(self) -> tuple[Unknown, ...]:

@@ -16,7 +16,7 @@ from twin.diagnosis.non_parametric import doubtful, in_place_of
 from twin.diagnosis.predict import stages
 from twin.diagnosis.problem import Motion, Problem
 from twin.diagnosis.screening import screen
-from twin.diagnosis.sizes import forces, inexact
+from twin.diagnosis.sizes import forces, inexact, known_forces
 from twin.diagnosis.valleys import Score
 from twin.estimation.fit import Fit, fit
 from twin.estimation.likelihood import evaluate
@@ -197,9 +197,11 @@ def _ends_in_a_trifle(best: Explanation) -> bool:
     mechanisms, z = best.hypothesis.at(best.fit.z), best.fit.z
     if isinstance(mechanisms[-1], ChannelFault):
         return False  # a channel's calibration says nothing of the structure
-    sizes = forces(best.hypothesis, z, stages(best.hypothesis, z))
+    beside = stages(best.hypothesis, z)
+    sizes = forces(best.hypothesis, z, beside)
+    known = known_forces(best.hypothesis, z, beside)
     last = len(sizes) - 1
-    return 0.0 < (sizes[last] or 0.0) < inexact(mechanisms, sizes, last)
+    return 0.0 < (sizes[last] or 0.0) < inexact(mechanisms, sizes, last, known)
 
 
 def _families(here: Hypothesis, scores: Sequence[Score], cost: float) -> list[list[Score]]:

@@ -73,6 +73,20 @@ def forces(hypothesis: Hypothesis, z: Array, beside: Sequence[Stage]) -> list[fl
     return [sizes.get(index) for index in range(len(mechanisms))]
 
 
+def known_forces(hypothesis: Hypothesis, z: Array, beside: Sequence[Stage]) -> list[float]:
+    """Return the RMS modal force of every law that the model itself holds; see ``forces``."""
+    model = hypothesis.problem.model
+    known = [m for m in hypothesis.problem.known_at(z) if isinstance(m, Law)]
+    first = len(hypothesis.laws)
+    out = []
+    for law, place in enumerate(known, first):
+        row, stiffness = model.port(place.place), place.parted()[1]
+        whole = [s.followed.f[:, law] + stiffness * (s.followed.x[:, : len(row)] @ row)
+                 for s in beside]  # fmt: skip
+        out.append(float(np.linalg.norm(row)) * _rms(whole))
+    return out
+
+
 def _edits(hypothesis: Hypothesis, z: Array) -> tuple[list[int], list[LinearModel]]:
     """Return which mechanisms edit the model, in order, and the models before and after each."""
     problem = hypothesis.problem
@@ -100,10 +114,11 @@ def negligible(
     model, problem = hypothesis.problem.model, hypothesis.problem
     mechanisms = hypothesis.at(fit.z)
     count = len(_edits(hypothesis, fit.z)[1][-1].coordinates)
-    beside_others = not all(isinstance(m, ChannelFault) for m in mechanisms)
+    known = known_forces(hypothesis, fit.z, beside)
+    beside_others = bool(known) or not all(isinstance(m, ChannelFault) for m in mechanisms)
     out = []
     for index, (mechanism, size) in enumerate(zip(mechanisms, sizes, strict=True)):
-        left = inexact(mechanisms, sizes, index)
+        left = inexact(mechanisms, sizes, index, known)
         for port in hypothesis.ports:
             if port != mechanism.place:
                 level = fit.values[f"discrepancy {port}"]
@@ -160,16 +175,28 @@ def _scatter(
     return problem.damping_tolerance * _rms([np.linalg.norm(v @ model.R.T, axis=1) for v in rates])
 
 
-def inexact(mechanisms: Sequence[Mechanism], sizes: Sequence[float | None], index: int) -> float:
+def inexact(
+    mechanisms: Sequence[Mechanism],
+    sizes: Sequence[float | None],
+    index: int,
+    known: Sequence[float] = (),
+) -> float:
     """Return the RMS modal force by which laws and disturbances besides one are likely inexact.
 
     No law has quite the form that it is given, and no disturbance quite the spectrum.
+
+    Args:
+        mechanisms: of the hypothesis.
+        sizes: their RMS modal forces.
+        index: the one.
+        known: RMS modal forces of the laws that the model itself holds.
     """
     left = [
         (SPECTRUM_SHARE if isinstance(m, Disturbance) else DISCREPANCY_SHARE) * (s or 0.0)
         for i, (s, m) in enumerate(zip(sizes, mechanisms, strict=True))
         if i != index and isinstance(m, Law | Disturbance)
     ]
+    left += [DISCREPANCY_SHARE * s for s in known]
     return float(np.linalg.norm(left))
 
 

@@ -44,6 +44,7 @@ class CoulombFriction(Law):
     }
     fields_of: ClassVar = {"force": "sliding_force"}
     reference: ClassVar[str] = "Coulomb 1785; Marino and Cicirello 2023"
+    resolved_by: ClassVar[str] = "regular_rate"
     abrupt: ClassVar[bool] = True
 
     sliding_force: float = 0.0

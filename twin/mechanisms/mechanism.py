@@ -156,6 +156,8 @@ class Law(Mechanism):
     """
 
     memory: ClassVar[int] = 0
+    resolved_by: ClassVar[str] = ""
+    """Parameter that is no property of the structure: how sharply an estimate resolves a corner."""
     abrupt: ClassVar[bool] = False
 
     law: ClassVar[Callable[..., Any]]

@@ -39,6 +39,7 @@ class PendulumFriction(Law):
     }
     also_named: ClassVar[str] = "coulomb_friction"
     reference: ClassVar[str] = "Coulomb 1785"
+    resolved_by: ClassVar[str] = "regular_rate"
     abrupt: ClassVar[bool] = True
 
     torque: float = 0.0
