@@ -60,6 +60,7 @@ AGAIN = "misses_again"
 SECTIONS = {
     AGAIN: "The misses again",
     "detection_limits": "Detection limits",
+    "structures": "Any structure",
     "p_delta": "Gravity on a flexible frame",
     "controlled": "A controlled run that falls short",
     "real": "Real recordings",
