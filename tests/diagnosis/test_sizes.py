@@ -10,7 +10,7 @@ from twin.diagnosis.candidates import motions, scales_of
 from twin.diagnosis.hypothesis import DISCREPANCY_SHARE, Hypothesis
 from twin.diagnosis.predict import stages
 from twin.diagnosis.prepare import prepare
-from twin.diagnosis.sizes import forces, negligible
+from twin.diagnosis.sizes import forces, negligible, of_known
 from twin.estimation.fit import fit
 from twin.mechanisms.coulomb_friction import CoulombFriction
 from twin.mechanisms.cubic_stiffness import CubicStiffness
@@ -138,3 +138,12 @@ def test_a_channel_that_sees_a_law_jump_is_no_better_than_its_discrepancy(proble
         )
         found = fit(h, most=1, free=np.zeros(len(h.unknowns), bool))
         assert is_negligible(h, found)[1] is small
+
+
+def test_a_law_of_the_models_own_scatters_by_as_much_as_a_damping_does(problem):
+    held = replace(problem, known=(CoulombFriction("storey2", 0.1),))
+    here, there = CoulombFriction("storey2", 0.01), CoulombFriction("storey1", 0.01)
+    assert of_known(held, here, [2.0]) == pytest.approx(2.0 * problem.damping_tolerance)
+    assert of_known(held, there, [2.0]) == 0.0
+    assert of_known(held, CubicStiffness("storey2", 1.0), [2.0]) == 0.0
+    assert of_known(problem, here, []) == 0.0

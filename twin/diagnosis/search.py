@@ -16,7 +16,7 @@ from twin.diagnosis.non_parametric import doubtful, in_place_of
 from twin.diagnosis.predict import stages
 from twin.diagnosis.problem import Motion, Problem
 from twin.diagnosis.screening import screen
-from twin.diagnosis.sizes import forces, inexact, known_forces
+from twin.diagnosis.sizes import forces, inexact, known_forces, of_known
 from twin.diagnosis.valleys import Score
 from twin.estimation.fit import Fit, fit
 from twin.estimation.likelihood import evaluate
@@ -201,7 +201,9 @@ def _ends_in_a_trifle(best: Explanation) -> bool:
     sizes = forces(best.hypothesis, z, beside)
     known = known_forces(best.hypothesis, z, beside)
     last = len(sizes) - 1
-    return 0.0 < (sizes[last] or 0.0) < inexact(mechanisms, sizes, last, known)
+    left = inexact(mechanisms, sizes, last, known)
+    left = max(left, of_known(best.hypothesis.problem, mechanisms[last], known))
+    return 0.0 < (sizes[last] or 0.0) < left
 
 
 def _families(here: Hypothesis, scores: Sequence[Score], cost: float) -> list[list[Score]]:

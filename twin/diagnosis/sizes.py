@@ -118,7 +118,7 @@ def negligible(
     beside_others = bool(known) or not all(isinstance(m, ChannelFault) for m in mechanisms)
     out = []
     for index, (mechanism, size) in enumerate(zip(mechanisms, sizes, strict=True)):
-        left = inexact(mechanisms, sizes, index, known)
+        left = max(inexact(mechanisms, sizes, index, known), of_known(problem, mechanism, known))
         for port in hypothesis.ports:
             if port != mechanism.place:
                 level = fit.values[f"discrepancy {port}"]
@@ -198,6 +198,28 @@ def inexact(
     ]
     left += [DISCREPANCY_SHARE * s for s in known]
     return float(np.linalg.norm(left))
+
+
+def of_known(problem: Problem, mechanism: Mechanism, known: Sequence[float]) -> float:
+    """Return the RMS modal force by which a law of this kind that the model holds here scatters.
+
+    Its value is known as well as a damping: what changes it by less is no other law beside it.
+
+    Args:
+        problem: the estimation problem.
+        mechanism: what was found.
+        known: RMS modal forces of the laws that the model itself holds.
+    """
+    if not isinstance(mechanism, Law):
+        return 0.0
+    row = problem.model.port(mechanism.place)
+    laws = [m for m in problem.known if isinstance(m, Law)]
+    there = [
+        size
+        for law, size in zip(laws, known, strict=True)
+        if law.name == mechanism.name and np.allclose(problem.model.port(law.place), row)
+    ]
+    return problem.damping_tolerance * max(there, default=0.0)
 
 
 def _calibrated(fault: Mechanism, model: LinearModel, beside: Sequence[Stage]) -> bool:
