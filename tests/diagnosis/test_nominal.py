@@ -128,3 +128,18 @@ def test_a_two_link_arm_that_swings_freely_is_refused_by_its_joint():
         made.append(Recording.build(RATE, columns, name, kinds=kinds))
     with pytest.raises(ModelError, match=r"arm\.xml: .* joint (elbow|shoulder) turns by up to"):
         prepare(arm, made[:1], made[1:])
+
+
+def test_a_stiffness_that_drifts_in_the_model_is_read_back():
+    drifting = vocabulary()["stiffness_drift"]("storey2", 4e-3, 518.0)
+    twin = Twin.load("two_storey_lumped").including(drifting)
+    ready = prepare(twin, [recording(twin, 1)], [recording(twin, 2)])
+    (known,) = ready.train.known
+    assert (known.name, known.place) == ("stiffness_drift", "storey2_stiffness_drift")
+    assert known.rate == pytest.approx(4e-3 * 518.0)
+    linear = Hypothesis(replace(ready.train, known=(), known_scales=None))
+    with_it, without = (
+        evaluate(h, np.zeros(len(h.unknowns)), derivatives=False).log_likelihood
+        for h in (Hypothesis(ready.train), linear)
+    )
+    assert with_it > without + 100

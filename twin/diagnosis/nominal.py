@@ -113,9 +113,10 @@ def _scale(problem: Problem, law: Law) -> tuple[float, float, float]:
     """Return RMS force, displacement and rate of a law in the linear motion."""
     row = problem.model.port(law.place)
     seen = problem.model.seeing(np.vstack([row, 0 * row]), np.vstack([0 * row, row]))
-    moved = np.vstack([free_run(seen, r.u, problem.sampling_hz) for r in problem.recordings])
-    drift, rate = moved.T
-    force = law.force(drift, rate, np.zeros_like(drift), 0.0)
+    runs = [free_run(seen, r.u, problem.sampling_hz) for r in problem.recordings]
+    times = [np.arange(len(run)) * problem.step_s for run in runs]
+    drift, rate = np.vstack(runs).T
+    force = law.force(drift, rate, np.zeros_like(drift), np.concatenate(times))
     return _rms(force), _rms(drift), _rms(rate)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import mujoco
 
+from twin.model.clocks import drifting_springs
 from twin.model.imperfect import imperfect_instruments
 from twin.model.nonlinear import NonlinearElement, structural_elements
 from twin.model.rest import Reduced, settle
@@ -19,4 +20,4 @@ def nonlinear_elements(model: mujoco.MjModel) -> tuple[NonlinearElement, ...]:
     settle(reduced)
     reduced.at_rest()
     structure = tuple(structural_elements(model, reduced.data))
-    return (*structure, *imperfect_instruments(reduced, model))
+    return (*structure, *drifting_springs(model), *imperfect_instruments(reduced, model))
