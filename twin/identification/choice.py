@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from twin.errors import IdentificationError
 from twin.identification.maximum_likelihood import ModalFit, fit_modal
 from twin.identification.modal_response import Hold
+from twin.identification.outside import stays_outside, with_pole_outside
 from twin.identification.records import Records
 from twin.identification.spectra import Spectrum
 from twin.identification.starts import Realizations, candidate_poles
@@ -64,11 +65,13 @@ class Start:
         origin: of the poles, in words.
         poles: [rad/s], (modes,).
         hold: what the input does between its samples.
+        outside: whether a pole above the band was felt there; else none is tried.
     """
 
     origin: str
     poles: ComplexArray
     hold: Hold
+    outside: bool
 
 
 def best_attempts(
@@ -118,14 +121,16 @@ def believable_fits(
     """Return the fits the records allow, the one to believe first in front, with their origins.
 
     Each behaviour of the input between samples gets its own best number of modes and, where the
-    evidence asks for it, the out-of-band term. One that is decisively better stands alone; else
-    the band-limited input comes first, which an analyser with an anti-alias filter delivers.
+    evidence asks for it, the out-of-band term and a pole above the band. One that is decisively
+    better stands alone; else the band-limited input comes first, which an analyser with an
+    anti-alias filter delivers.
 
     Args:
         records: prepared recordings.
         found: OKID and ERA's realizations.
         band_hz: frequencies to use, or None for what the input excites.
-        prune: whether modes may be dropped (not where the order was given by hand).
+        prune: whether modes may be dropped, and one above the band be added (not where the order
+            was given by hand).
         start: where to start instead of what OKID and ERA say.
 
     Raises:
@@ -137,7 +142,9 @@ def believable_fits(
         fit = attempt.fit
         fuller = fit_modal(spectra, attempt.poles, fit.hold, residual=True)
         fit = fuller if fuller.bic < fit.bic else fit
-        fit = _fewer_modes(fit, attempt.poles, spectra) if prune else fit
+        if prune:
+            fit = _fewer_modes(fit, attempt.poles, spectra)
+            fit = _with_flank(fit, spectra) if start is None or start.outside else fit
         fits.append((attempt.origin, fit))
     least = min(fit.bic for _, fit in fits)
     allowed = [(origin, fit) for origin, fit in fits if fit.bic < least + DECISIVE]
@@ -151,7 +158,20 @@ def _with_all_samples(
     spectra = records.spectra(band_hz, edges=False)
     if fit.hold == "band-limited" or not any(s.edge for s in records.spectra(band_hz, True)):
         return fit
-    return fit_modal(spectra, fit.parameters.poles, fit.hold, fit.residual)
+    whole = fit_modal(spectra, fit.parameters.poles, fit.hold, fit.residual, fit.outside)
+    return whole if stays_outside(whole, spectra) else fit
+
+
+def _with_flank(fit: ModalFit, spectra: Sequence[Spectrum]) -> ModalFit:
+    """Try a pole above the band, and where it pays drop the modes that it makes needless.
+
+    It comes last, so that fits which need none stay what they are.
+    """
+    felt = with_pole_outside(fit, spectra)
+    if not felt.outside:
+        return fit
+    felt = _fewer_modes(felt, felt.parameters.poles, spectra)
+    return felt if stays_outside(felt, spectra) and felt.bic < fit.bic else fit
 
 
 def _fewer_modes(fit: ModalFit, poles: ComplexArray, spectra: Sequence[Spectrum]) -> ModalFit:
@@ -161,39 +181,39 @@ def _fewer_modes(fit: ModalFit, poles: ComplexArray, spectra: Sequence[Spectrum]
     model took them. A mode whose damping is so many standard deviations from none that without it
     the likelihood must fall by far more than its unknowns cost is not tried. The best of the
     models whose modes all lose energy, lie inside the band and are resonances is returned; the
-    best of all where there is none.
+    best of all where there is none. A pole above the band, the last of all, is carried along.
     """
     tried = [fit]
     rises = 0
-    while len(poles) > 1 and rises < PATIENCE:
+    while len(poles) - fit.outside > 1 and rises < PATIENCE:
         last = tried[-1]
         impossible = _impossible(last, spectra)
-        _, damping_std = last.modal_std(bound=True)
-        vague = damping_std / np.maximum(np.abs(last.parameters.zeta), 1e-6)
-        if not impossible.any() and np.max(vague) * CERTAIN * np.sqrt(_price(last)) < 1:
+        damping_std = last.modal_std(bound=True)[1][last.measured]
+        vague = damping_std / np.maximum(np.abs(last.parameters.zeta[last.measured]), 1e-6)
+        if not impossible.any() and np.max(vague) * CERTAIN * np.sqrt(last.price_of_mode) < 1:
             break
         poles = np.delete(poles, int(np.argmax(np.where(impossible, np.inf, vague))))
-        tried.append(fit_modal(spectra, poles, fit.hold, fit.residual))
+        tried.append(fit_modal(spectra, poles, fit.hold, fit.residual, fit.outside))
         rises = 0 if impossible.any() or tried[-1].bic < last.bic else rises + 1
-    possible = [trial for trial in tried if not _impossible(trial, spectra).any()]
+    possible = [
+        trial
+        for trial in tried
+        if not _impossible(trial, spectra).any() and stays_outside(trial, spectra)
+    ]
     return min(possible or tried, key=lambda trial: trial.bic)
 
 
-def _price(fit: ModalFit) -> float:
-    """Return what the Bayesian information criterion charges for a mode."""
-    outputs, _ = fit.parameters.psi.shape
-    of_shape = 2 * (outputs - 1) + 2 * fit.parameters.participation.shape[1]
-    return (2 + of_shape + 2 * len(fit.parameters.transient)) * float(np.log(fit.data))
-
-
 def _impossible(fit: ModalFit, spectra: Sequence[Spectrum]) -> NDArray[np.bool_]:
-    """Modes that gain energy, are no resonances, are vague, outside the band, or repeat another."""
-    p = fit.parameters
+    """Modes that gain energy, are no resonances, are vague, outside the band, or repeat another.
+
+    What was started above the band is not judged.
+    """
+    p = fit.parameters.only(fit.measured)
     top = max(float(s.omega[-1]) for s in spectra)
     found = np.asarray((p.zeta <= 0) | (p.zeta > HEAVY) | (p.omega > top))
-    freq_std, _ = fit.modal_std()
+    freq_std = fit.modal_std()[0][fit.measured]
     found |= freq_std > VAGUE * p.omega / (2 * np.pi)
-    damping_std = fit.modal_std(bound=True)[1]
+    damping_std = fit.modal_std(bound=True)[1][fit.measured]
     alike = mac(p.psi, p.psi) > SAME_SHAPE
     for i, j in np.argwhere(np.triu(alike, 1)):
         # A structure that softens with amplitude shows as two modes within one bandwidth.

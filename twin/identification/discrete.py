@@ -76,7 +76,9 @@ def realize(
     """Return a real modal discrete-time realization with the fit's poles and shapes.
 
     B and D are fitted to the recordings: the response to an input that is band-limited between
-    its samples is that of no finite discrete-time model, so this is the closest of its order.
+    its samples is that of no finite discrete-time model, so this is the closest of its order. A
+    pole above half the sampling rate, which only a fit of the continuous poles knows, is left out:
+    sampled it would resonate at its alias.
 
     Args:
         fit: the modal fit.
@@ -85,6 +87,8 @@ def realize(
         observer: the OKID/ERA realization whose observer gain is carried over.
     """
     p = fit.parameters
+    if p.poles[fit.measured.stop :].imag.max(initial=0.0) * dt >= np.pi:
+        p = p.only(fit.measured)
     (m, n), r = p.psi.shape, p.participation.shape[1]
     decay = np.exp(p.poles * dt)
     if sum(len(u) for u, _ in pairs) * m * 2 * n * r > MOST_ELEMENTS:
@@ -105,7 +109,8 @@ def realize(
     model = _modal(
         decay, p.psi, drive[..., 0] + 1j * drive[..., 1], solved[2 * n * r :].reshape(m, r), dt
     )
-    G = _observer_gain(model, p.poles, p.psi, observer)
+    measured = p.only(fit.measured)
+    G = _observer_gain(model, measured.poles, measured.psi, observer)
     return StateSpace(model.A, model.B, model.C, model.D, dt, G)
 
 
@@ -147,7 +152,11 @@ def _regressors_of_state(decay: ComplexArray, psi: ComplexArray, samples: int) -
 def _observer_gain(
     model: StateSpace, poles: ComplexArray, psi: ComplexArray, observer: StateSpace | None
 ) -> Array | None:
-    """Carry the observer gain of eq. (38) over to the refined modal coordinates."""
+    """Carry the observer gain of eq. (38) over to the refined modal coordinates.
+
+    The states of a pole above the band come last and have no gain: they are stable by themselves,
+    and what the sensors see of them is too little to correct them by.
+    """
     if observer is None or observer.G is None:
         return None
     values, vectors = np.linalg.eig(observer.A)
@@ -156,7 +165,7 @@ def _observer_gain(
     known, _ = continuous_poles(observer)
     if len(known) < len(poles):
         return None
-    G = np.zeros((2 * len(poles), psi.shape[0]))
+    G = np.zeros((len(model.A), psi.shape[0]))
     for i, pole in enumerate(np.exp(poles * (model.dt or 1.0))):
         j = int(np.argmin(np.abs(values - pole)))
         if mac(shapes[:, [j]], psi[:, [i]])[0, 0] < 0.5:

@@ -13,6 +13,7 @@ from twin.identification.choice import Start, believable_fits
 from twin.identification.discrete import predict, realize
 from twin.identification.doubts import UNEXPLAINED, doubts_of_band, doubts_of_data, doubts_of_fit
 from twin.identification.doubts_of_modes import doubts_of_modes
+from twin.identification.listing import FELT, not_listed
 from twin.identification.maximum_likelihood import ModalFit
 from twin.identification.pole_diagram import Pick
 from twin.identification.proportional_damping import proportional_damping
@@ -130,7 +131,9 @@ def _whole(
     if progress:
         progress("all modes at once", 1, 1)
     poles = 2 * np.pi * found.modal.natural_freq * _unit_pole(found.modal.damping_ratio)
-    start = Start("least-squares complex frequency", poles, found.fit.hold)
+    # The segments have looked beyond the band's end with noise levels of their own.
+    outside = bool(np.any(found.fit.parameters.omega > found.fit.w_max))
+    start = Start("least-squares complex frequency", poles, found.fit.hold, outside)
     try:
         whole = _identify(records, None, None, band_hz, start)
     except IdentificationError:
@@ -169,7 +172,8 @@ def _identify(
         if believable:
             break
     origin, fit, structure, remarks = options[-1 if believable else 0]
-    modes = len(fit.parameters.omega)
+    p_fit = fit.parameters.only(fit.measured)
+    modes = len(p_fit.omega)
     notes = [*records.notes]
     if start is None:
         notes.append(f"order {found.order} by {found.chosen_by}")
@@ -179,9 +183,10 @@ def _identify(
             "information criterion"
         )
     notes += remarks
-    p_fit = fit.parameters
-    freq_std, damping_std = fit.modal_std()
-    freq_bound, damping_bound = fit.modal_std(bound=True)
+    if fit.outside:
+        notes.append(not_listed(fit.parameters.omega[modes:], FELT))
+    freq_std, damping_std = (std[fit.measured] for std in fit.modal_std())
+    freq_bound, damping_bound = (std[fit.measured] for std in fit.modal_std(bound=True))
     freq = p_fit.omega / (2 * np.pi)
     rank = np.argsort(freq)
     alpha = beta = None
@@ -212,7 +217,7 @@ def _identify(
         ),
         state_space=model,
         singular_values=found.hankel.singular_values,
-        order=2 * len(freq),
+        order=len(model.A),
         second_order=structure.model if structure else None,
         second_order_std=structure.std if structure else None,
         alpha=alpha,
@@ -241,7 +246,7 @@ def _identify(
 
 def _second_order(fit: ModalFit, records: Records) -> tuple[Structure | None, bool, list[str]]:
     """Return M, K and R, whether the fit may be a structure's, and what to say about them."""
-    p = fit.parameters
+    p = fit.parameters.only(fit.measured)
     participation = p.participation
     if fit.hold == "held":
         # The pulse-transfer residue of a held input is the continuous one times (e^{l dt} - 1) / l.

@@ -8,6 +8,9 @@ from scipy import special
 
 from twin.identification.wide_band import WideFit
 
+FELT = "beyond the band are felt inside it, but not measured"
+"""What is said of poles outside the analysed band."""
+
 FALSE_MODES = 0.05
 """Probability that any pole of a list is there though its damping is none: the usual 95 %."""
 
@@ -28,3 +31,14 @@ def listed_modes(found: WideFit) -> NDArray[np.intp]:
     inside = (found.omega >= found.fit.w_min) & (found.omega <= found.fit.w_max)
     index = np.flatnonzero(found.by_hand | inside & (several | (found.zeta > limit * found.std[1])))
     return index[np.argsort(found.omega[index])]
+
+
+def not_listed(omega: NDArray[np.float64], why: str) -> str:
+    """Say that poles are part of the model and not of the list.
+
+    Args:
+        omega: their natural angular frequencies [rad/s], (poles,).
+        why: what keeps them away.
+    """
+    at = ", ".join(f"{f / (2 * np.pi):.5g}" for f in np.sort(omega))
+    return f"poles at {at} Hz {why}: they are part of the model, not of the list"

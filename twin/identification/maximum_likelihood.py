@@ -56,6 +56,8 @@ class ModalFit:
             stand for data that are not used.
         data: number of real data.
         w_min: lowest analysed angular frequency [rad/s].
+        outside: how many of the modes, the last ones, were started above the band: felt inside it,
+            but not measured. A fit by segments does not sort them so, see ``listing``.
     """
 
     parameters: ModalParameters
@@ -69,11 +71,24 @@ class ModalFit:
     unknowns: int
     data: int
     w_min: float = 0.0
+    outside: int = 0
 
     @property
     def bic(self) -> float:
         """Bayesian information criterion, smaller is better."""
         return -2 * self.log_likelihood + self.unknowns * float(np.log(self.data))
+
+    @property
+    def price_of_mode(self) -> float:
+        """What the criterion charges for one more mode."""
+        p = self.parameters
+        of_shape = 2 * (len(p.psi) - 1) + 2 * p.participation.shape[1]
+        return (2 + of_shape + 2 * len(p.transient)) * float(np.log(self.data))
+
+    @property
+    def measured(self) -> slice:
+        """The modes that were not started above the band, as a slice of all."""
+        return slice(0, len(self.parameters.omega) - self.outside)
 
     def modal_std(self, bound: bool = False) -> tuple[Array, Array]:
         """Standard deviations of natural frequency [Hz] and damping ratio, or their bounds."""
@@ -125,7 +140,11 @@ def unpack(x: Array, like: ModalParameters, residual: bool) -> ModalParameters:
 
 
 def fit_modal(
-    spectra: Sequence[Spectrum], poles: ComplexArray, hold: Hold, residual: bool = False
+    spectra: Sequence[Spectrum],
+    poles: ComplexArray,
+    hold: Hold,
+    residual: bool = False,
+    outside: int = 0,
 ) -> ModalFit:
     """Fit a modal model to all records, started from poles.
 
@@ -134,6 +153,7 @@ def fit_modal(
         poles: starting poles with positive imaginary part [rad/s], (modes,).
         hold: what the input does between its samples.
         residual: include a term for modes above the band.
+        outside: how many of the poles, the last ones, are started above the band.
 
     Raises:
         IdentificationError: more unknowns than data.
@@ -160,7 +180,8 @@ def fit_modal(
         errors = [s.Y - respond(parameters, s, i, hold, w_max) for i, s in enumerate(spectra)]
         responses = [frequency_response(parameters, s, hold, w_max) for s in spectra]
         noise = fit_noise(errors, responses, [s.U for s in spectra], len(x))
-    return _summarise(unpack(x, start, residual), spectra, noise, hold, w_max, residual)
+    found = _summarise(unpack(x, start, residual), spectra, noise, hold, w_max, residual)
+    return replace(found, outside=outside)
 
 
 def _solve(

@@ -13,7 +13,7 @@ Source: Pintelon and Schoukens, System Identification (2012), ch. 6, for the tra
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -58,6 +58,18 @@ class ModalParameters:
     def poles(self) -> ComplexArray:
         """Continuous-time poles [rad/s], (n,)."""
         return self.omega * (-self.zeta + 1j * np.sqrt(1 - self.zeta**2))
+
+    def only(self, modes: slice) -> ModalParameters:
+        """Return the parameters of some of the modes; what else there is stays."""
+        return replace(
+            self,
+            omega=self.omega[modes],
+            zeta=self.zeta[modes],
+            psi=self.psi[:, modes],
+            anchor=self.anchor[modes],
+            participation=self.participation[modes],
+            transient=self.transient[:, modes],
+        )
 
 
 def basis(

@@ -70,12 +70,13 @@ def structured_second_order(
         return Structure(start, None, 1.0)
     rows = [start.coordinates.index(_place(name)) for name in outputs]
     columns = [start.coordinates.index(_place(name)) for name in inputs]
-    p = fit.parameters
-    count = len(pack(replace(p, edges=(), transient=p.transient[:0]), False))
-    target = pack(p, fit.residual)[:count]
-    weight = _root_of_inverse(fit.fisher_covariance[:count, :count])
+    p = fit.parameters.only(fit.measured)
+    compared = _compared(fit)
+    count = len(compared)
+    target = pack(fit.parameters, fit.residual)[compared]
+    weight = _root_of_inverse(fit.fisher_covariance[np.ix_(compared, compared)])
     rank = np.argsort(p.omega)
-    if np.min(fit.modal_std(bound=True)[0] * 2 * np.pi / p.omega) < EXACT:
+    if np.min(fit.modal_std(bound=True)[0][fit.measured] * 2 * np.pi / p.omega) < EXACT:
         return Structure(start, None, 1.0)
     try:
         build, unknowns = _modal_coordinates(start, fit)
@@ -107,7 +108,7 @@ def structured_second_order(
             transient=p.transient[:0],
             edges=(),
         )
-        return np.asarray(weight @ (pack(here, False) - target))
+        return np.asarray(weight @ (pack(here, False)[:count] - target))
 
     def slope(x: Array) -> Array:
         steps = STEP * np.eye(len(x))
@@ -120,6 +121,19 @@ def structured_second_order(
     freedom = count - unknowns
     chance = float(stats.chi2.sf(2 * found.cost, freedom)) if freedom > 0 else 1.0
     return Structure(build(found.x), _spread(build, found.x, found.jac), chance)
+
+
+def _compared(fit: ModalFit) -> NDArray[np.intp]:
+    """Return which of the packed parameters a structure has to agree with.
+
+    Those of the measured modes, and D. Beside a pole above the band D also holds what that pole
+    adds at rest, which no sensor tells apart from the masses' share: then the modes alone.
+    """
+    m, n = fit.parameters.psi.shape
+    r = fit.parameters.participation.shape[1]
+    mode = np.repeat(np.tile(np.arange(n), 4), np.repeat([1, 1, 2 * (m - 1), 2 * r], n))
+    own = np.flatnonzero(mode < fit.measured.stop)
+    return own if fit.outside else np.arange(len(mode) + m * r)
 
 
 def _spread(
@@ -152,7 +166,7 @@ def _modal_coordinates(
     damping0 = shapes.T @ start.R @ shapes
     upper = np.triu_indices(n)
     size = np.sqrt(np.abs(np.outer(np.diag(damping0), np.diag(damping0))))[upper] + 1e-6 * omega0[0]
-    relative_std = np.sort(fit.modal_std(bound=True)[0])[0] * 2 * np.pi / omega0[-1]
+    relative_std = np.sort(fit.modal_std(bound=True)[0][fit.measured])[0] * 2 * np.pi / omega0[-1]
 
     def build(x: Array) -> SecondOrderModel:
         omega = omega0 * np.exp(x[:n] * relative_std)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from twin.errors import IdentificationError
 from twin.identification.discrete import predict, realize
-from twin.identification.listing import listed_modes
+from twin.identification.listing import FELT, listed_modes, not_listed
 from twin.identification.maximum_likelihood import ModalFit
 from twin.identification.modal_response import Hold
 from twin.identification.pole_diagram import Pick, of_records
@@ -150,11 +150,10 @@ def _not_listed(found: WideFit, listed: NDArray[np.intp]) -> list[str]:
     notes = []
     for poles, why in (
         (left[~beyond[left]], "improve the fit, but their damping cannot be told from zero"),
-        (left[beyond[left]], "beyond the band are felt inside it, but not measured"),
+        (left[beyond[left]], FELT),
     ):
         if len(poles):
-            at = ", ".join(f"{f / (2 * np.pi):.5g}" for f in np.sort(found.omega[poles]))
-            notes.append(f"poles at {at} Hz {why}: they are part of the model, not of the list")
+            notes.append(not_listed(found.omega[poles], why))
     return notes
 
 
