@@ -47,3 +47,8 @@ def test_no_pickle_is_ever_loaded():
         if "allow_pickle=True" in path.read_text() or "import pickle" in path.read_text()
     ]
     assert not guilty
+
+
+def test_no_two_test_files_have_the_same_name():
+    names = [path.name for path in (ROOT / "tests").rglob("test_*.py")]
+    assert sorted(names) == sorted(set(names))
