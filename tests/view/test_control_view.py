@@ -56,7 +56,7 @@ def test_plant_and_belief_are_two_trees_in_one_recording(study, tmp_path):
         "/plant/excitation",
         "/believed/frame",
         "/believed/displacement/floor2",
-        "/figures/responses",
+        "/responses/floor2/with_control",
         "/parameters",
         "/log",
     ):

@@ -45,10 +45,10 @@ def test_the_rerun_recording_holds_signals_verdict_and_the_lit_storey(tmp_path):
 
     path = write_diagnosis_rrd(diagnosis(), tmp_path / "found.rrd")
     names = {str(chunk.entity_path) for chunk in RrdReader(path).stream().to_chunks()}
-    assert "/recording1/signals/acc_floor1/3_explained" in names
+    assert "/recording1/signals/acc_floor1/3_extended" in names
     assert "/recording4/residual/acc_floor2/2_calibrated" in names
     assert "/frame/located/storey1" in names
-    assert "/frame/explained/floor1" in names
+    assert "/frame/extended/floor1" in names
     assert "/frame/calibrated/floor1" in names
     assert "/missing_force/storey1/1_latent" in names
     assert "/verdict" in names

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from twin.errors import TwinError
 from twin.identification.pole_diagram import PoleDiagram
 from twin.identification.stabilisation import StablePole
-from twin.view.poles import KINDS, PoleChoice, kinds, pick_by_hand
+from twin.view.poles import KINDS, REFUSED, PoleChoice, kinds, pick_by_hand
 
 ALL = frozenset(("frequency", "damping", "shape"))
 
@@ -58,6 +58,14 @@ def test_poles_are_coloured_by_what_is_stable():
     found = kinds(poles)
     assert len({colour for _, colour, _, _, _ in found}) == len(KINDS)
     assert [list(order) for *_, order in found] == [[10 + i] for i in range(len(KINDS))]
+
+
+def test_columns_of_noise_are_told_from_those_of_modes():
+    kept = [pole(order, 2.0) for order in range(4, 40, 2)]
+    stray = [pole(order, 7.4) for order in range(20, 40, 2)]
+    found = {name: list(freq) for name, *_, freq, _ in kinds([*kept, *stray], [2.001])}
+    assert len(found["all stable"]) == len(kept)
+    assert found[REFUSED[0]] == pytest.approx([7.4] * len(stray), rel=1e-3)
 
 
 def test_without_a_screen_it_is_said_what_to_do(choice):

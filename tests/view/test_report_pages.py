@@ -13,11 +13,12 @@ from diagnosis_example import CUBIC, SLIP, consistent, diagnosis
 
 from twin.model import Twin
 from twin.provenance import provenance, sha256
+from twin.view.colours import LOCATED, REJECTED
 from twin.view.diagnosis_words import quantity, verdict_sentence
 from twin.view.page import diagnosis as diagnosis_page
 from twin.view.page import identification as identification_page
 from twin.view.page.blocks import Plot
-from twin.view.page.diagnosis_plots import force
+from twin.view.page.diagnosis_plots import force, where
 from twin.view.page.plots import numbers, thinned
 from twin.view.page.render import render
 
@@ -128,17 +129,18 @@ def test_the_located_place_is_lit_in_the_model(pages):
     assert "sensor" in names
 
 
-def test_spurious_columns_are_no_stable_ones():
-    from twin.identification.stabilisation import StablePole
-    from twin.view.figures import lasting_poles
-
-    shape = np.array([1.0, 0.5], complex)
-    pole = 2 * np.pi * 2.0 * (-0.01 + 1j)
-    kept = [StablePole(n, pole, shape, n > 4) for n in range(4, 40, 2)]
-    stray = [StablePole(n, 3.7 * pole, shape, True) for n in (20, 22)]
-    lasting = lasting_poles([*kept, *stray])
-    assert sum(lasting) == len(kept) - 1
-    assert not any(lasting[-2:])
+def test_the_place_of_the_best_explanation_gains_most_though_another_promised_more():
+    cubic = diagnosis()
+    found = replace(cubic.findings[0], gain=900.0)
+    others = (
+        replace(cubic.alternatives[0], gain=894.8),
+        replace(cubic.alternatives[1], gain=88.0),
+    )
+    told = replace(cubic, findings=(found,), alternatives=others,
+                   where={"storey2": 5000.0, "storey1": 1400.0})  # fmt: skip
+    bars = where(told).figure["data"][0]
+    assert bars["text"] == ["cubic stiffness, storey 1: 900", "coulomb friction, storey 2: 88"]
+    assert bars["marker"]["color"] == [LOCATED, REJECTED]
 
 
 def test_the_provenance_names_command_files_versions_and_seed(pages):

@@ -96,6 +96,17 @@ def test_a_slider_magnifies_the_largest_motion(chunks):
     raise AssertionError("no slider")
 
 
+def test_the_slider_moves_the_identified_frame_and_the_beams_with_the_true_one(chunks):
+    for entity in ("/frame/identified", "/frame/true/skins/0"):
+        steps = [
+            chunk.to_record_batch().column("magnification").to_pylist()
+            for chunk in chunks[entity]
+            if "magnification" in chunk.to_record_batch().schema.names
+        ]
+        assert len(steps) == 1, entity
+        assert steps[0][:3] == [1, 2, 5]
+
+
 def test_the_identified_frame_moves_as_the_true_one(identification, performance):
     mine = identified_motion(identification)
     x = mine.x[:, 1]

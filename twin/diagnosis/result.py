@@ -29,6 +29,7 @@ class Finding:
         delta_log_evidence: log odds over the best explanation [nat], negative (alternatives only).
         explained: share of the missing force at its place that it accounts for, where it has one.
         unexplained: share of it that is left to the discrepancy there.
+        gain: log odds over having nothing in its place [nat], where they are known.
     """
 
     mechanism: Mechanism
@@ -38,6 +39,7 @@ class Finding:
     delta_log_evidence: float = 0.0
     explained: float | None = None
     unexplained: float | None = None
+    gain: float | None = None
 
     @property
     def location(self) -> str:
@@ -247,6 +249,7 @@ def as_json(diagnosis: Diagnosis, twin: str | None) -> dict[str, Any]:
             "probability": float(np.clip(finding.probability, 0, 1)),
             "explained": finding.explained,
             "unexplained": finding.unexplained,
+            "gain": finding.gain,
         }
 
     def errors(fits: Fits) -> dict[str, Any]:

@@ -69,10 +69,11 @@ def judge(found: Found, beside: Sequence[Stage], faults: Sequence[ReadOff] = ())
         finding = _finding(best, index, mechanism, 0.0, 0.0)
         own = left_share(best.hypothesis, best.fit, mechanism, sizes[index])
         finding = replace(finding, explained=None if own is None else 1 - own, unexplained=own)
+        finding = replace(finding, gain=loss if loss else None)
         judged.append((loss, small[index], finding, rivals))
     judged.sort(key=lambda entry: -entry[0])
     findings, trifles, alternatives = [], [], []
-    for _, trifling, finding, rivals in judged:
+    for loss, trifling, finding, rivals in judged:
         chances = _chances([0.0, *(delta for _, delta in rivals)])
         here = replace(finding, probability=chances[0])
         if trifling:
@@ -83,7 +84,9 @@ def judge(found: Found, beside: Sequence[Stage], faults: Sequence[ReadOff] = ())
             other = _newcomer(rival, best)
             if other is not None:
                 mechanism = rival.hypothesis.at(rival.fit.z)[other]
-                alternatives.append(_finding(rival, other, mechanism, chance, delta))
+                entry = _finding(rival, other, mechanism, chance, delta)
+                gain = loss + delta if loss else None
+                alternatives.append(replace(entry, gain=gain))
     findings += _read_off(faults, best)
     alternatives.sort(key=lambda f: (-f.probability, -f.delta_log_evidence))
     notes = tuple(

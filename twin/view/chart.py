@@ -9,7 +9,7 @@ import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
-from twin.view.colours import GROUND, rgb
+from twin.view.colours import FRAME, GROUND, rgb
 
 Array = NDArray[np.float64]
 
@@ -86,11 +86,11 @@ class Chart:
             texts.append(((left - 7, float(y)), f"{value:g}"))
         texts.append(((left + WIDE / 2, bottom + 9), self.x_title))
         texts.append(((left + WIDE / 4, top - 5.5), self.y_title))
-        grey = rgb(GROUND)
+        grey, pale = rgb(GROUND), rgb(FRAME)
         lines = rr.LineStrips2D(strips, colors=[grey], radii=[HAIR])
         self.stream.log(f"{self.root}/axes", lines, static=True)
         labels = rr.Points2D(
-            [place for place, _ in texts], labels=[text for _, text in texts], colors=[grey],
+            [place for place, _ in texts], labels=[text for _, text in texts], colors=[pale],
             radii=[0.01], show_labels=True,
         )  # fmt: skip
         self.stream.log(f"{self.root}/labels", labels, static=True)

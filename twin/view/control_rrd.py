@@ -13,20 +13,30 @@ from numpy.typing import NDArray
 
 from twin.control.absorber import DesignModel
 from twin.control.controller import Controller
+from twin.control.loop import steady_vibration
 from twin.control.outcome import Outcome
 from twin.control.plant import Plant
 from twin.files import write_whole
 from twin.model import Motion
-from twin.view import control_figures
+from twin.view.chart import Chart
 from twin.view.colours import FORCE, GROUND, IDENTIFIED, MEASURED, TRUE
 from twin.view.comparison import Row
 from twin.view.deflection import HEIGHT, beam
-from twin.view.rrd import APPLICATION, image
+from twin.view.rrd import APPLICATION
+from twin.view.rrd_charts import GAP, LEAST_DECADES, flat
 from twin.view.scene import BEAM_COLOUR, TIMELINE, log_motion
 from twin.view.signals import log_line
 from twin.view.tables import markdown_table
 
 Array = NDArray[np.float64]
+
+LINES = 800
+"""Frequencies of the responses."""
+
+RESPONSE_TALL = 55.0
+"""Height of a floor's response in the viewer's units."""
+
+CONTROLLED = ("without_control", "with_control")
 
 PENDULUM_LENGTH = 0.165
 LARGEST_SAMPLES = 20_000
@@ -84,13 +94,36 @@ def log_control(
     log_motion(stream, "plant/frame", motion)
     _log_believed_frame(stream, outcome)
     _log_signals(stream, outcome)
-    figure = control_figures.responses(controller, plant.linear(), plant.delay)
-    stream.log("figures/responses", image(figure), static=True)
+    _log_responses(stream, controller, plant)
     stream.log(
         "parameters",
         rr.TextDocument(_summary(outcome, plant, believed), media_type="text/markdown"),
         static=True,
     )
+
+
+def _log_responses(stream: rr.RecordingStream, controller: Controller, plant: Plant) -> None:
+    """Draw each floor's steady vibration for a unit harmonic input, without and with control."""
+    top = 0.5 / controller.dt
+    freq = np.linspace(top / LINES, 0.98 * top, LINES)
+    linear = plant.linear()
+    free = steady_vibration(None, linear, freq, plant.delay, controller.dt)
+    held = steady_vibration(controller, linear, freq, plant.delay)
+    sizes = [1e3 * np.abs(response.displacement) for response in (free, held)]
+    unit = "m/s²" if controller.known_input.startswith("acc") else "N"
+    high = float(max(np.max(size) for size in sizes))
+    count = sizes[0].shape[1]
+    for floor in range(count):
+        mine = np.concatenate([size[:, floor] for size in sizes])
+        low = max(float(np.min(mine)), LEAST_DECADES * high)
+        root, last = f"responses/floor{floor + 1}", floor == count - 1
+        chart = Chart(stream, root, (0.0, top), (0.8 * low, 1.4 * high),
+                      "frequency [Hz]" if last else "", f"floor{floor + 1} [mm per {unit}]",
+                      y_log=True, at=(0.0, floor * (RESPONSE_TALL + GAP)),
+                      tall=RESPONSE_TALL)  # fmt: skip
+        chart.axes()
+        for size, name, colour in zip(sizes, CONTROLLED, (GROUND, IDENTIFIED), strict=True):
+            chart.line(name, freq, size[:, floor], colour)
 
 
 def _log_signals(stream: rr.RecordingStream, outcome: Outcome) -> None:
@@ -210,22 +243,30 @@ def blueprint(outcome: Outcome) -> rrb.Blueprint:
             line_grid=rrb.LineGrid3D(visible=False), eye_controls=eye(0.3),
         ),
     )  # fmt: skip
+    # left alone the viewer keeps the cursor in the middle, and at the end half a plot is empty
+    whole = rrb.TimeAxis(
+        view_range=rr.TimeRange(
+            rr.TimeInt(seconds=0.0), rr.TimeInt(seconds=float(outcome.sample_time[-1]))
+        )
+    )
     floors = [
         rrb.TimeSeriesView(
             name=f"{floor} [mm]",
+            axis_x=whole,
             contents=[f"plant/displacement/{floor}", f"believed/displacement/{floor}"],
         )
         for floor in outcome.floors
     ]
     unit = "m/s²" if outcome.known_input.startswith("acc") else "N"
     effort = [
-        rrb.TimeSeriesView(origin="plant/torque", name="Torque [N m]"),
-        rrb.TimeSeriesView(origin="plant/swing", name="Swing [rad]"),
-        rrb.TimeSeriesView(origin="plant/excitation", name=f"Excitation [{unit}]"),
+        rrb.TimeSeriesView(origin="plant/torque", name="Torque [N m]", axis_x=whole),
+        rrb.TimeSeriesView(origin="plant/swing", name="Swing [rad]", axis_x=whole),
+        rrb.TimeSeriesView(origin="plant/excitation", name=f"Excitation [{unit}]", axis_x=whole),
     ]
+    title = "steady vibration: grey without, orange with control"
     left = rrb.Vertical(
         frames,
-        rrb.Spatial2DView(origin="figures/responses", name="Responses with and without control"),
+        flat("responses", title, levels * (RESPONSE_TALL + GAP) - GAP),
         row_shares=[3, 2],
     )
     right = rrb.Vertical(

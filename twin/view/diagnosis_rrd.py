@@ -19,11 +19,13 @@ from twin.view.chart import TALL, WIDE, Chart
 from twin.view.colours import FORCE, IDENTIFIED, LOCATED, MEASURED, REJECTED, TRUE, rgb
 from twin.view.diagnosis_words import markdown, place_words, printable
 from twin.view.figures import unit_of
+from twin.view.force_reach import force_reach
 from twin.view.located import Region, regions, shares
-from twin.view.magnified import factor, magnified
+from twin.view.magnified import factor, magnified, peak
 from twin.view.rrd import APPLICATION, DARK, GHOST
 from twin.view.scene import DISPLAY_HZ, LONGEST_MOTION_S, TIMELINE, log_motion
 from twin.view.signals import log_line
+from twin.view.slider import HINT, log_slider, marks, slid
 
 Array = NDArray[np.float64]
 
@@ -33,9 +35,10 @@ FAINTEST, BRIGHTEST = 25, 170
 TWINS = (
     ("1_measured", "measured", MEASURED, 4.0),
     ("2_calibrated", "calibrated", IDENTIFIED, 1.6),
-    ("3_explained", "explained", TRUE, 1.4),
+    ("3_extended", "explained", TRUE, 1.4),
 )
-"""Entity, name, colour and width, in the order in which they are drawn over one another."""
+"""Entity, trace, colour and width, in the order in which they are drawn over one another."""
+SAID = {"explained": "extended"}
 
 MILLI = {"m": (1e3, "mm", "N"), "rad": (1e3, "mrad", "N m")}
 """Scale and units of a port's motion and force."""
@@ -76,12 +79,14 @@ def log_diagnosis(
     arrange(_blueprint(diagnosis, traces, motion, by))
     if before is not None and diagnosis.findings:
         log_motion(stream, "frame/calibrated", magnified(before, by), alpha=GHOST)
+        log_slider(stream, "frame/calibrated", before, by, peak(motion) if motion else None)
     if motion is not None:
         shown = magnified(motion, by)
-        log_motion(stream, "frame/explained", shown)
+        log_motion(stream, "frame/extended", shown)
+        log_slider(stream, "frame/extended", motion, by)
         parts = shares(diagnosis)
         for place, where in regions(diagnosis, parts).items():
-            _light(stream, place, where, parts[place], shown)
+            _light(stream, place, where, parts[place], motion, by)
     for number, each in enumerate(traces):
         _log_signals(stream, each, f"recording{number + 1}")
     for picture in diagnosis.force:
@@ -104,20 +109,9 @@ def _motion(twin: Twin, trace: Trace) -> Motion | None:
 
 
 def _light(
-    stream: rr.RecordingStream, place: str, where: Region, share: float, motion: Motion
+    stream: rr.RecordingStream, place: str, where: Region, share: float, motion: Motion, by: float
 ) -> None:
     """Lay a glowing box over a located place, which moves with it, as bright as its share."""
-    model, data = motion.model, mujoco.MjData(motion.model)
-    rows = range(0, motion.samples, max(1, round(motion.rate_hz / DISPLAY_HZ)))
-    centres, halves = [], []
-    for row in rows:
-        data.qpos[:] = motion.qpos[row]
-        mujoco.mj_kinematics(model, data)
-        box = where.box(model, data)
-        if box is None:
-            return
-        centres.append(box[0])
-        halves.append(1.05 * box[1])
     alpha = round(FAINTEST + (BRIGHTEST - FAINTEST) * share)
     name = f"frame/located/{place.replace('+', '_')}"
     label = f"{place_words(place)}: {100 * share:.0f} %"
@@ -125,12 +119,30 @@ def _light(
         colors=[(*rgb(LOCATED), alpha)], fill_mode="Solid", labels=[label], show_labels=True
     )
     stream.log(name, style, static=True)
-    time = np.array([row / motion.rate_hz for row in rows])
-    stream.send_columns(
-        name,
-        [rr.TimeColumn(TIMELINE, duration=time)],
-        rr.Boxes3D.columns(centers=centres, half_sizes=halves),
-    )
+    rows = np.arange(0, motion.samples, max(1, round(motion.rate_hz / DISPLAY_HZ)))
+    time = rr.TimeColumn(TIMELINE, duration=rows / motion.rate_hz)
+    for poses, times in (
+        (magnified(motion, by).qpos[rows], time),
+        (slid(motion, by), marks(by)),
+    ):
+        boxes = _boxes(motion.model, where, poses)
+        if boxes is not None:
+            fields = rr.Boxes3D.columns(centers=boxes[0], half_sizes=boxes[1])
+            stream.send_columns(name, [times], fields)
+
+
+def _boxes(model: mujoco.MjModel, where: Region, poses: Array) -> tuple[Array, Array] | None:
+    """Return centres and half the edges of a place's box, (poses, 3) each; None of no extent."""
+    data = mujoco.MjData(model)
+    found = []
+    for pose in poses:
+        data.qpos[:] = pose
+        mujoco.mj_kinematics(model, data)
+        box = where.box(model, data)
+        if box is None:
+            return None
+        found.append(box)
+    return np.array([c for c, _ in found]), 1.05 * np.array([h for _, h in found])
 
 
 def _log_signals(stream: rr.RecordingStream, trace: Trace, root: str) -> None:
@@ -140,10 +152,11 @@ def _log_signals(stream: rr.RecordingStream, trace: Trace, root: str) -> None:
         for entity, which, colour, width in TWINS:
             values = np.nan_to_num(getattr(trace, which)[:, column])
             name = f"{root}/signals/{channel}/{entity}"
-            log_line(stream, name, time, values, which, colour, width)
+            said = SAID.get(which, which)
+            log_line(stream, name, time, values, said, colour, width)
             if which != "measured":
                 name = f"{root}/residual/{channel}/{entity}"
-                log_line(stream, name, time, values - measured, which, colour, 1.2)
+                log_line(stream, name, time, values - measured, said, colour, 1.2)
     for column, channel in enumerate(trace.inputs):
         values = trace.force[:, column]
         log_line(stream, f"{root}/input/{channel}", time, values, channel, FORCE)
@@ -154,18 +167,20 @@ def _log_force(stream: rr.RecordingStream, picture: ForcePicture) -> None:
     scale, of_motion, of_force = MILLI[picture.unit]
     x = scale * picture.drift
     wide = max(float(np.max(np.abs(x))), 1e-9)
-    tall = 1.05 * max(float(np.max(np.abs(picture.latent))), 1e-9)
+    reach = force_reach(picture) or (0.0, 0.0)
+    tall = max(float(np.max(np.abs(reach))), 1e-9)
     place = place_words(picture.place)
     chart = Chart(
         stream, f"missing_force/{picture.place}", (-wide, wide), (-tall, tall),
         f"{place} [{of_motion}]", f"missing force [{of_force}]",
     )  # fmt: skip
     chart.axes()
-    chart.points("1_latent", x, picture.latent, REJECTED, 0.35)
+    shown = np.abs(picture.latent) <= tall
+    chart.points("1_latent", x[shown], picture.latent[shown], REJECTED, 0.6)
     if picture.law is not None and picture.law_rate is None:
         grid = scale * picture.law_drift
         inside = np.abs(grid) <= wide
-        chart.line("3_law", grid[inside], picture.law[inside], LOCATED, 0.45, above=True)
+        chart.line("3_law", grid[inside], picture.law[inside], LOCATED, 0.3, above=True)
         if picture.law_std is not None:
             for sign in (-1.96, 1.96):
                 edge = picture.law + sign * picture.law_std
@@ -180,7 +195,8 @@ def _blueprint(
 ) -> rrb.Blueprint:
     ghost = " over the calibrated one (ghost)" if diagnosis.findings else ""
     frame = rrb.Spatial3DView(
-        origin="frame", name=f"explained twin{ghost}, motion x {by:g}", background=list(DARK),
+        origin="frame", name=f"extended twin{ghost}, motion x {by:g} ({HINT})",
+        background=list(DARK),
         line_grid=rrb.LineGrid3D(visible=False), eye_controls=_eye(motion),
     )  # fmt: skip
     left: list[rrb.View | rrb.Container] = [frame]
@@ -231,6 +247,6 @@ def _signals(trace: Trace, root: str) -> rrb.Container:
                                name=f"what is left of {channel} [{unit}]"),
         ]  # fmt: skip
         shares_of += [2, 1]
-    views.append(rrb.TimeSeriesView(origin=f"{root}/input", name="what drives"))
+    views.append(rrb.TimeSeriesView(origin=f"{root}/input", name="inputs"))
     role = "unseen" if trace.role == "test" else "train"
     return rrb.Vertical(*views, row_shares=[*shares_of, 1], name=f"{role}: {printable(trace.name)}")

@@ -24,7 +24,7 @@ OF_CHANNEL = "the channel's"
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 FINDING_HEADERS = ("what", "where", "values", "probability")
-FIT_HEADERS = ("error, share of RMS", "nominal", "calibrated", "explained", "noise floor")
+FIT_HEADERS = ("error, share of RMS", "nominal", "calibrated", "extended", "noise floor")
 DETECTION_HEADERS = ("channel", "error / noise", "p (white)", "most at", "onset")
 VERDICTS = {
     "consistent": "consistent",
@@ -134,6 +134,11 @@ def probability(value: float) -> str:
     return "< 0.1 %" if value < 0.001 else f"{100 * value:.1f} %"
 
 
+def log_odds(value: float) -> str:
+    """Return log odds without an exponent: three digits, or all before the point."""
+    return f"{value:,.0f}" if abs(value) >= 100 else f"{value:.3g}"
+
+
 def p_value(value: float) -> str:
     """Return a p-value with two digits."""
     if not math.isfinite(value):
@@ -241,7 +246,7 @@ def fit_rows(diagnosis: Diagnosis) -> list[tuple[str, ...]]:
 
 
 def detection_rows(detection: Sequence[Detection]) -> list[tuple[str, ...]]:
-    """Return the cells under ``DETECTION_HEADERS``; when the error is born, one a recording."""
+    """Return the cells under ``DETECTION_HEADERS``; the onset of the error in each recording."""
     return [
         (
             d.channel,
@@ -259,7 +264,7 @@ def markdown(diagnosis: Diagnosis) -> str:
     parts = [f"# {verdict_sentence(diagnosis)}", proof_sentence(diagnosis)]
     for title, found in (
         ("Findings", diagnosis.findings),
-        ("Also possible", diagnosis.alternatives),
+        ("Also looked at", diagnosis.alternatives),
     ):
         if found:
             # the values last: a viewer cuts a long line off at its edge

@@ -15,7 +15,6 @@ from twin.files import write_whole
 from twin.identification.pole_diagram import PoleDiagram, of_responses
 from twin.identification.response import identified_response
 from twin.identification.result import Identification
-from twin.identification.stabilisation import FREQUENCY_TOLERANCE, StablePole, persistent_poles
 from twin.place import split_channel
 from twin.quantity import SI_UNIT
 from twin.recording import Recording
@@ -28,8 +27,6 @@ Array = NDArray[np.float64]
 
 DPI = 120
 SHOWN_SINGULAR_VALUES = 30
-SAME_COLUMN = 2 * FREQUENCY_TOLERANCE
-"""Share by which the frequencies of a column differ, as in ``persistent_poles``."""
 
 
 def save(figure: Figure, path: Path) -> Path:
@@ -189,18 +186,6 @@ def _empty(text: str) -> Figure:
     ax.axis("off")
     ax.text(0.5, 0.5, text, ha="center", va="center")
     return figure
-
-
-def lasting_poles(diagram: Sequence[StablePole]) -> list[bool]:
-    """Return which poles are stable and belong to a column that most orders share.
-
-    By chance a pole of noise agrees with one of the order before, now and then: that is no mode.
-    """
-    columns = np.abs(persistent_poles(diagram)) / (2 * np.pi)
-    return [
-        pole.stable and bool(np.any(np.abs(columns / pole.frequency_hz - 1) < SAME_COLUMN))
-        for pole in diagram
-    ]
 
 
 def stabilisation_diagram(result: Identification) -> Figure:

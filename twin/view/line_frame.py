@@ -31,6 +31,7 @@ def log_line_frame(
     radius: float = 0.004,
     heights: Array | None = None,
     depth: float = 0.0,
+    times: rr.TimeColumn | None = None,
 ) -> None:
     """Log floors and beams that follow displacements.
 
@@ -44,6 +45,7 @@ def log_line_frame(
         radius: of the lines [m].
         heights: of ground and floors [m], (levels,); evenly spaced without.
         depth: where along y it stands [m], so that of two frames one is in front.
+        times: another timeline's, instead of ``time``.
     """
     z = HEIGHT * np.arange(x.shape[1]) if heights is None else heights
     strips: list[Array] = []
@@ -61,7 +63,7 @@ def log_line_frame(
     stream.log(root, style, static=True)
     stream.send_columns(
         root,
-        [rr.TimeColumn(TIMELINE, duration=time)],
+        [times or rr.TimeColumn(TIMELINE, duration=time)],
         rr.LineStrips3D.columns(strips=strips).partition(np.full(len(x), len(strips) // len(x))),
     )
 

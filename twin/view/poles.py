@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from twin.errors import TwinError
 from twin.identification.pole_diagram import PoleDiagram
-from twin.identification.stabilisation import StablePole
+from twin.identification.stabilisation import FREQUENCY_TOLERANCE, STEADY, StablePole
 from twin.view.colours import FORCE, FRAME, IDENTIFIED, LOCATED, MEASURED, REJECTED, TRUE
 
 Array = NDArray[np.float64]
@@ -30,12 +30,45 @@ KINDS = (
 )
 """What a pole shares with the order before: name, what is stable, colour, marker."""
 
+REFUSED = ("all stable, but no mode by evidence", "#5C6670", "d")
+"""Of poles that stay although nothing of what was measured needs them: name, colour, marker."""
 
-def kinds(poles: Sequence[StablePole]) -> list[tuple[str, str, str, Array, Array]]:
-    """Return name, colour, marker, frequencies [Hz] and orders of the kinds that are there."""
+SAME_COLUMN = 2 * FREQUENCY_TOLERANCE
+"""How far the poles of one column lie apart, as a share of their frequency."""
+
+
+def of_modes(poles: Sequence[StablePole], modes: Sequence[float] | Array) -> list[bool]:
+    """Return which poles are stable in all and lie in the column of an identified mode.
+
+    Noise has poles that stay, too, once the order is high enough: the evidence refuses them.
+    """
+    known = np.asarray(modes, float)
+    return [
+        p.stable and bool(np.any(np.abs(known / p.frequency_hz - 1) < SAME_COLUMN)) for p in poles
+    ]
+
+
+def kinds(
+    poles: Sequence[StablePole], modes: Sequence[float] | Array = ()
+) -> list[tuple[str, str, str, Array, Array]]:
+    """Return name, colour, marker, frequencies [Hz] and orders of the kinds that are there.
+
+    Args:
+        poles: of all orders.
+        modes: natural frequencies that were identified [Hz]; where there are some, what is stable
+            elsewhere is a kind of its own.
+    """
+    near = of_modes(poles, modes) if len(modes) else [True] * len(poles)
+    groups = [
+        (name, colour, marker, [p for p, k in zip(poles, near, strict=True) if p.steady == steady
+                                and (k or steady != STEADY)])
+        for name, steady, colour, marker in KINDS
+    ]  # fmt: skip
+    groups.append(
+        (*REFUSED, [p for p, k in zip(poles, near, strict=True) if p.steady == STEADY and not k])
+    )
     found = []
-    for name, steady, colour, marker in KINDS:
-        mine = [p for p in poles if p.steady == steady]
+    for name, colour, marker, mine in groups:
         if mine:
             freq = np.array([p.frequency_hz for p in mine])
             order = np.array([p.order for p in mine], float)
@@ -67,7 +100,7 @@ def draw_poles(
     behind.yaxis.set_label_position("right")
     ax.yaxis.tick_left()
     ax.yaxis.set_label_position("left")
-    for name, colour, marker, freq, order in kinds(diagram.poles):
+    for name, colour, marker, freq, order in kinds(diagram.poles, modes):
         ax.plot(freq, order, marker, color=colour, ms=4, mew=0.9, label=name, ls="none")
     for r, f in enumerate(modes):
         label = "identified mode" if r == 0 else None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -10,7 +9,6 @@ import mujoco
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from twin.files import write_whole
@@ -25,23 +23,19 @@ from twin.view.deflection import aligned, mode_shapes
 from twin.view.diagnosis_words import printable
 from twin.view.identified_motion import FloorMotion, identified_motion, true_motion
 from twin.view.line_frame import MODE_SPACING, log_line_frame, log_mode, log_mode_label
-from twin.view.magnified import factor, magnified, moved, peak
+from twin.view.magnified import factor, magnified, peak
 from twin.view.scene import DISPLAY_HZ, TIMELINE, log_motion
 from twin.view.signals import log_line
+from twin.view.slider import HINT, factors, log_slider, marks
 from twin.view.tables import BOUND_NOTE, markdown_table
 
 Array = NDArray[np.float64]
 
 APPLICATION = "frame-twin"
-IMAGE_DPI = 150
 
 GHOST = 0.35
 """Opacity of the true frame, which stands behind the identified one."""
 
-SLIDER = "magnification"
-"""The timeline along which the moment of the largest motion is magnified more and more."""
-
-FACTORS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 DARK = (18, 20, 24)
 
 
@@ -83,12 +77,20 @@ def _write(
     stream.save(str(path), default_blueprint=_blueprint(result, motion, mine, by, charts))
     if motion is not None:
         log_motion(stream, "frame/true", magnified(motion, by), start_s, GHOST)
-        _log_slider(stream, motion)
+        log_slider(stream, "frame/true", motion, by)
     if mine is not None:
         step = max(1, round(mine.rate_hz / DISPLAY_HZ))
         time = np.arange(0, len(mine.x), step) / mine.rate_hz
+        heights = _heights(motion, mine.x.shape[1])
         log_line_frame(stream, "frame/identified", time, by * mine.x[::step], IDENTIFIED,
-                       heights=_heights(motion, mine.x.shape[1]))  # fmt: skip
+                       heights=heights)  # fmt: skip
+        # the same moment as that of the true frame, whose motion may begin before the recording
+        out = np.argmax(np.linalg.norm(mine.x, axis=1)) if motion is None else round(
+            (start_s + peak(motion) / motion.rate_hz) * mine.rate_hz)  # fmt: skip
+        moment = mine.x[int(np.clip(out, 0, len(mine.x) - 1))]
+        log_line_frame(stream, "frame/identified", np.zeros(0),
+                       np.outer(factors(by), moment), IDENTIFIED, heights=heights,
+                       times=marks(by))  # fmt: skip
     _log_modes(stream, result, truth)
     for number in range(len(result.recordings)):
         _log_signals(stream, result, number)
@@ -114,26 +116,6 @@ def _heights(motion: Motion | None, levels: int) -> Array | None:
 def _own_factor(mine: FloorMotion | None) -> float:
     largest = float(np.max(np.abs(mine.x))) if mine is not None else 0.0
     return float(10 ** np.floor(np.log10(0.03 / largest))) if 0 < largest < 0.03 else 1.0
-
-
-def _log_slider(stream: rr.RecordingStream, motion: Motion) -> None:
-    """Log the moment of the largest motion, ever more magnified, along a timeline of its own."""
-    model, data = motion.model, mujoco.MjData(motion.model)
-    rest, largest = motion.qpos[0], motion.qpos[peak(motion)]
-    places, turns = [], []
-    for by in FACTORS:
-        data.qpos[:] = moved(model, rest, largest, by)
-        mujoco.mj_kinematics(model, data)
-        places.append(data.xpos.copy())
-        turns.append(data.xquat[:, [1, 2, 3, 0]].copy())
-    for body in range(1, model.nbody):
-        stream.send_columns(
-            f"frame/true/{model.body(body).name or f'body{body}'}",
-            [rr.TimeColumn(SLIDER, sequence=FACTORS)],
-            rr.Transform3D.columns(
-                translation=[p[body] for p in places], quaternion=[t[body] for t in turns]
-            ),
-        )
 
 
 def _log_modes(stream: rr.RecordingStream, result: Identification, truth: Twin | None) -> None:
@@ -182,13 +164,6 @@ def _log_signals(stream: rr.RecordingStream, result: Identification, number: int
         line(f"residual/{name}", measured - again, name, GROUND if column else FORCE, 1.0)
 
 
-def image(figure: Figure) -> rr.EncodedImage:
-    """Return a figure as a picture that Rerun shows."""
-    buffer = io.BytesIO()
-    figure.savefig(buffer, dpi=IMAGE_DPI, format="png")
-    return rr.EncodedImage(contents=buffer.getvalue(), media_type="image/png")
-
-
 def _blueprint(
     result: Identification,
     motion: Motion | None,
@@ -201,7 +176,7 @@ def _blueprint(
         who = "identified (orange) over true" if motion is not None and mine is not None else (
             "true frame" if motion is not None else "identified frame"
         )  # fmt: skip
-        left.append(_solid("frame", f"{who}, motion x {by:g}", *_before(motion, result)))
+        left.append(_solid("frame", f"{who}, motion x {by:g} ({HINT})", *_before(motion, result)))
     count, levels = len(result.modal.natural_freq), len(_places(result))
     if count and levels > 1:
         across = 0.5 * MODE_SPACING * (count - 1)

@@ -14,7 +14,8 @@ from twin.model import Twin
 from twin.view.chart import TALL, WIDE, Chart, heat_map
 from twin.view.colours import GROUND, IDENTIFIED, MEASURED, REJECTED, TRUE
 from twin.view.comparison import Row, matrix_rows, modal_rows, place_of, same_rows
-from twin.view.figures import SHOWN_SINGULAR_VALUES, lasting_poles, responses, unit_of
+from twin.view.figures import SHOWN_SINGULAR_VALUES, responses, unit_of
+from twin.view.poles import of_modes
 
 Array = NDArray[np.float64]
 
@@ -33,16 +34,16 @@ def views(result: Identification, truth: Twin | None) -> dict[str, rrb.View | rr
     out: dict[str, rrb.View | rrb.Container] = {}
     tall = TALL + GAP + PHASE_TALL
     plots = [
-        _flat(f"responses/{name}", f"response to {name}: measured (blue), identified", tall)
+        flat(f"responses/{name}", f"response to {name}: measured (blue), identified", tall)
         for name in result.inputs
     ]
     out["responses"] = plots[0] if len(plots) == 1 else rrb.Tabs(*plots, name="responses")
     if result.diagram:
-        out["stabilisation"] = _flat("stabilisation", "stabilisation", TALL)
+        out["stabilisation"] = flat("stabilisation", "stabilisation", TALL)
     if len(result.singular_values):
-        out["order"] = _flat("order", "singular values", TALL)
+        out["order"] = flat("order", "singular values", TALL)
     if any(row.error_in_std is not None for row in _rows(result, truth)):
-        out["errors"] = _flat("errors", "(identified - true) / std", TALL)
+        out["errors"] = flat("errors", "(identified - true) / std", TALL)
     names = _matrices(result, truth)
     if names:
         grid = [rrb.Spatial2DView(origin=f"matrices/{name}", name=name) for name in names]
@@ -50,7 +51,8 @@ def views(result: Identification, truth: Twin | None) -> dict[str, rrb.View | rr
     return out
 
 
-def _flat(origin: str, name: str, tall: float) -> rrb.View:
+def flat(origin: str, name: str, tall: float) -> rrb.View:
+    """Return a view of charts that are ``tall`` together."""
     bounds = rrb.VisualBounds2D(
         x_range=[-BESIDE, WIDE + 0.5 * BESIDE], y_range=[-0.6 * BESIDE, tall + 0.9 * BESIDE]
     )
@@ -108,20 +110,20 @@ def _log_responses(stream: rr.RecordingStream, result: Identification) -> None:
 
 
 def _log_stabilisation(stream: rr.RecordingStream, result: Identification) -> None:
-    lasting = np.array(lasting_poles(result.diagram), bool)
+    lasting = np.array(of_modes(result.diagram, result.modal.natural_freq), bool)
     freq = np.array([p.frequency_hz for p in result.diagram])
     order = np.array([p.order for p in result.diagram], float)
     top = result.fit.w_max / (2 * np.pi) if result.fit else result.sampling_hz / 2
     chart = Chart(stream, "stabilisation", (0.0, float(top)), (0.0, float(order.max() + 2)),
                   "natural frequency [Hz]",
-                  "order; blue: columns that stay, grey: come and go, orange: modes")  # fmt: skip
+                  "order; blue: stable poles of the modes (orange), grey: all others")  # fmt: skip
     chart.axes()
     shown = freq <= top
     for mode in result.modal.natural_freq:
         ends = np.array([0.0, chart.y[1]])
         chart.line(f"modes/{mode:.4g}_Hz", np.full(2, mode), ends, IDENTIFIED, 0.15)
-    goes, stays = shown & ~lasting, shown & lasting
-    chart.points("comes_and_goes", freq[goes], order[goes], REJECTED, 0.5)
+    others, stays = shown & ~lasting, shown & lasting
+    chart.points("others", freq[others], order[others], REJECTED, 0.5)
     chart.points("stays", freq[stays], order[stays], MEASURED, 0.8)
 
 

@@ -38,25 +38,42 @@ def log_motion(
         alpha: opacity; a ghost has less than one.
     """
     model = motion.model
-    data = mujoco.MjData(model)
     step = max(round(motion.rate_hz / DISPLAY_HZ), 1)
     first = max(round(-start_s * motion.rate_hz), 0)
     last = min(motion.samples, first + round(LONGEST_MOTION_S * motion.rate_hz))
     frames = np.arange(first, last, step)
-    time = start_s + frames / motion.rate_hz
-    positions = np.empty((len(frames), model.nbody, 3))
-    rotations = np.empty((len(frames), model.nbody, 4))
-    for row, frame in enumerate(frames):
-        data.qpos[:] = motion.qpos[frame]
+    for body in range(model.nbody):
+        _log_geoms(stream, _entity(root, model, body), model, body, alpha)
+    for skin in range(model.nskin):
+        _log_skin(stream, f"{root}/skins/{skin}", model, skin, alpha)
+    time = rr.TimeColumn(TIMELINE, duration=start_s + frames / motion.rate_hz)
+    log_poses(stream, root, model, motion.qpos[frames], time)
+
+
+def log_poses(
+    stream: rr.RecordingStream, root: str, model: mujoco.MjModel, qpos: Array, times: rr.TimeColumn
+) -> None:
+    """Log where bodies and skins are, along a timeline; their geometry is logged elsewhere.
+
+    Args:
+        stream: the Rerun recording.
+        root: entity path.
+        model: what moves.
+        qpos: joint positions, (poses, nq).
+        times: one of each pose.
+    """
+    data = mujoco.MjData(model)
+    positions = np.empty((len(qpos), model.nbody, 3))
+    rotations = np.empty((len(qpos), model.nbody, 4))
+    for row, pose in enumerate(qpos):
+        data.qpos[:] = pose
         mujoco.mj_kinematics(model, data)
         positions[row], rotations[row] = data.xpos, data.xquat
     for body in range(model.nbody):
-        name = f"{root}/{model.body(body).name or f'body{body}'}"
-        _log_geoms(stream, name, model, body, alpha)
         if body:
             stream.send_columns(
-                name,
-                [rr.TimeColumn(TIMELINE, duration=time)],
+                _entity(root, model, body),
+                [times],
                 rr.Transform3D.columns(
                     translation=positions[:, body],
                     # MuJoCo puts the scalar first, Rerun last.
@@ -64,8 +81,18 @@ def log_motion(
                 ),
             )
     for skin in range(model.nskin):
-        name = f"{root}/skins/{skin}"
-        _log_skin(stream, name, model, skin, time, positions, rotations, alpha)
+        vertices = _skin_vertices(model, skin, positions, rotations)
+        stream.send_columns(
+            f"{root}/skins/{skin}",
+            [times],
+            rr.Mesh3D.columns(vertex_positions=vertices.reshape(-1, 3)).partition(
+                np.full(len(qpos), vertices.shape[1])
+            ),
+        )
+
+
+def _entity(root: str, model: mujoco.MjModel, body: int) -> str:
+    return f"{root}/{model.body(body).name or f'body{body}'}"
 
 
 def _log_geoms(
@@ -133,29 +160,9 @@ def _log_skin(
     name: str,
     model: mujoco.MjModel,
     skin: int,
-    time: Array,
-    positions: Array,
-    rotations: Array,
     alpha: float,
 ) -> None:
-    """Log a skin as a mesh: every vertex follows its bones by their weights, as MuJoCo draws it."""
-    start, count = model.skin_vertadr[skin], model.skin_vertnum[skin]
-    rest = model.skin_vert[start : start + count]
-    vertices = np.zeros((len(time), count, 3))
-    first = model.skin_boneadr[skin]
-    for bone in range(first, first + model.skin_bonenum[skin]):
-        body = model.skin_bonebodyid[bone]
-        at = model.skin_bonevertadr[bone]
-        touched = slice(at, at + model.skin_bonevertnum[bone])
-        index, weight = model.skin_bonevertid[touched], model.skin_bonevertweight[touched]
-        back = np.empty(9)
-        mujoco.mju_quat2Mat(back, model.skin_bonebindquat[bone].astype(float))
-        local = (rest[index] - model.skin_bonebindpos[bone]) @ back.reshape(3, 3)
-        for row in range(len(time)):
-            turn = np.empty(9)
-            mujoco.mju_quat2Mat(turn, rotations[row, body])
-            moved = local @ turn.reshape(3, 3).T + positions[row, body]
-            vertices[row, index] += weight[:, None] * moved
+    """Log a skin's triangles."""
     at, faces = model.skin_faceadr[skin], model.skin_facenum[skin]
     triangles = model.skin_face[at : at + faces]
     material = model.skin_matid[skin]
@@ -168,10 +175,28 @@ def _log_skin(
         ),
         static=True,
     )
-    stream.send_columns(
-        name,
-        [rr.TimeColumn(TIMELINE, duration=time)],
-        rr.Mesh3D.columns(vertex_positions=vertices.reshape(-1, 3)).partition(
-            np.full(len(time), count)
-        ),
-    )
+
+
+def _skin_vertices(model: mujoco.MjModel, skin: int, positions: Array, rotations: Array) -> Array:
+    """Return where a skin's vertices are, (poses, vertices, 3).
+
+    Every vertex follows its bones by their weights, as MuJoCo draws it.
+    """
+    start, count = model.skin_vertadr[skin], model.skin_vertnum[skin]
+    rest = model.skin_vert[start : start + count]
+    vertices = np.zeros((len(positions), count, 3))
+    first = model.skin_boneadr[skin]
+    for bone in range(first, first + model.skin_bonenum[skin]):
+        body = model.skin_bonebodyid[bone]
+        at = model.skin_bonevertadr[bone]
+        touched = slice(at, at + model.skin_bonevertnum[bone])
+        index, weight = model.skin_bonevertid[touched], model.skin_bonevertweight[touched]
+        back = np.empty(9)
+        mujoco.mju_quat2Mat(back, model.skin_bonebindquat[bone].astype(float))
+        local = (rest[index] - model.skin_bonebindpos[bone]) @ back.reshape(3, 3)
+        for row in range(len(positions)):
+            turn = np.empty(9)
+            mujoco.mju_quat2Mat(turn, rotations[row, body])
+            moved = local @ turn.reshape(3, 3).T + positions[row, body]
+            vertices[row, index] += weight[:, None] * moved
+    return vertices

@@ -15,6 +15,7 @@ from twin.view.diagnosis_words import (
     detection_rows,
     finding_rows,
     fit_rows,
+    log_odds,
     named,
     printable,
     proof_sentence,
@@ -83,13 +84,16 @@ def page(diagnosis: Diagnosis, made: Provenance) -> Page:
 def _findings(diagnosis: Diagnosis) -> list[Block]:
     if not diagnosis.findings:
         return []
-    headers = (*FINDING_HEADERS, "share of what is missing there")
+    rows = finding_rows(diagnosis.findings)
+    if len(rows) == 1:
+        return [Table(FINDING_HEADERS, rows)]
+    headers = (*FINDING_HEADERS, "share of what is missing")
     parts = shares(diagnosis)
-    rows = [
-        (*cells, f"{100 * parts[f.location]:.0f} %" if len(diagnosis.findings) > 1 else "all")
-        for cells, f in zip(finding_rows(diagnosis.findings), diagnosis.findings, strict=True)
+    shared = [
+        (*cells, f"{100 * parts[f.location]:.0f} %")
+        for cells, f in zip(rows, diagnosis.findings, strict=True)
     ]
-    return [Table(headers, rows)]
+    return [Table(headers, shared)]
 
 
 def _where(diagnosis: Diagnosis) -> list[Block]:
@@ -149,12 +153,14 @@ def _next(diagnosis: Diagnosis) -> list[Block]:
         return [Text("Nothing ties: no further experiment is needed to tell explanations apart.")]
     sentence = printable(advice.reason).rstrip(".")
     out: list[Block] = [
-        Text(f"{sentence}. Expected log odds {advice.expected_log_odds:.3g}."),
+        Text(f"{sentence}. Expected log odds: {log_odds(advice.expected_log_odds)}."),
         Command(printable(advice.command)),
     ]
     if advice.options:
         ordered = sorted(advice.options, key=lambda option: -option[1])
-        out.append(Table(("test", "expected log odds"), [(t, f"{g:.3g}") for t, g in ordered]))
+        out.append(
+            Table(("test", "expected log odds [nat]"), [(t, log_odds(g)) for t, g in ordered])
+        )
     return out
 
 

@@ -13,6 +13,7 @@ from twin.view.colours import GROUND, IDENTIFIED, LOCATED, MEASURED, REJECTED, S
 from twin.view.diagnosis_figures import WINDOW_S, channel_errors, telling, worst_channels
 from twin.view.diagnosis_words import p_value, percent, place_words, printable, probability
 from twin.view.figures import unit_of
+from twin.view.force_reach import force_reach
 from twin.view.page.blocks import Plot
 from twin.view.page.plots import Panel, band, bars, figure, line, points, ranked
 
@@ -20,9 +21,6 @@ Array = NDArray[np.float64]
 
 BAND = 1.96
 """Standard deviations to either side of 95 %."""
-
-RARE, ROOM = 0.002, 0.1
-"""Share of the points at either end that only a double click shows; room around the rest."""
 
 SHOWN_ROWS = 12
 MILLI = {"m": (1e3, "mm", "mm/s", "N"), "rad": (1e3, "mrad", "mrad/s", "N m")}
@@ -71,13 +69,40 @@ def before_after(trace: Trace, link: str) -> Plot:
 
 
 def where(diagnosis: Diagnosis) -> Plot:
-    """Return the evidence for an unknown force at every place, the strongest first."""
+    """Return what the best explanation at every place gains, the most first.
+
+    Before anything is fitted a place may promise more than the true one: where explanations were
+    fitted, they are compared, and what the places promise only where none was.
+    """
+    best: dict[str, Finding] = {}
+    for found in (*diagnosis.findings, *diagnosis.alternatives):
+        if found.gain is not None and found.gain > _gain(best.get(found.location)):
+            best[found.location] = found
+    if not best:
+        return _promised(diagnosis)
+    rows = sorted(best.values(), key=lambda f: -_gain(f))[:SHOWN_ROWS]
+    labels = [
+        _safe(f"{candidate(f.mechanism.name, f.location)}: {_digits(_gain(f))}") for f in rows
+    ]
+    located = {f.location for f in diagnosis.findings}
+    colours = [LOCATED if f.location in located else REJECTED for f in rows]
+    drawn = ranked(labels, [_gain(f) for f in rows], colours, "log odds over nothing there [nat]")
+    caption = "The best explanation at each place that was fitted in full, and what it gains."
+    keys = [("located", LOCATED), ("elsewhere", REJECTED)]
+    return Plot(drawn, caption, keys, wide=False)
+
+
+def _gain(found: Finding | None) -> float:
+    return 0.0 if found is None or found.gain is None else found.gain
+
+
+def _promised(diagnosis: Diagnosis) -> Plot:
     located = {f.location for f in diagnosis.findings}
     rows = sorted(diagnosis.where.items(), key=lambda row: -row[1])[:SHOWN_ROWS]
     labels = [f"{_safe(place_words(place))}: {_digits(gain)}" for place, gain in rows]
     colours = [LOCATED if place in located else REJECTED for place, _ in rows]
-    drawn = ranked(labels, [g for _, g in rows], colours, "gain in log likelihood [nat]")
-    caption = "How much likelier the recordings become when an unknown force acts at each place."
+    drawn = ranked(labels, [g for _, g in rows], colours, "promised gain in log likelihood [nat]")
+    caption = "The most that a mechanism at each place promises, before any is fitted."
     keys = [("located", LOCATED), ("elsewhere", REJECTED)] if located else []
     return Plot(drawn, caption, keys, wide=False)
 
@@ -147,7 +172,7 @@ def force(picture: ForcePicture, finding: Finding | None = None) -> list[Plot]:
         by_drift.append(line(scale * x, y, law_name, LOCATED, 1.6))
     title = f"missing force at {place} [{of_force}]"
     # a few points at the ends of a recording, where a filter sees one side only, hide all others
-    reach = _reach(picture)
+    reach = force_reach(picture)
     over, against = (
         [Panel(title, traces, share=1.7, y_range=reach)] for traces in (by_drift, by_rate)
     )
@@ -166,19 +191,6 @@ def force(picture: ForcePicture, finding: Finding | None = None) -> list[Plot]:
         drawn = figure([Panel(title, along, share=1.3)], "time [s]", hover="x")
         out.append(Plot(drawn, f"Over the liveliest {time[-1] - time[0]:.2g} s.", both))
     return out
-
-
-def _reach(picture: ForcePicture) -> tuple[float, float] | None:
-    """Return the forces that are shown first: all but the most extreme few, and the law."""
-    if not np.any(np.isfinite(picture.latent)):
-        return None
-    low, high = np.nanquantile(picture.latent, [RARE, 1 - RARE])
-    if picture.law is not None:
-        low, high = min(low, np.nanmin(picture.law)), max(high, np.nanmax(picture.law))
-    if picture.cycle is not None:
-        low, high = min(low, picture.cycle[:, 1].min()), max(high, picture.cycle[:, 1].max())
-    margin = ROOM * (high - low)
-    return (float(low - margin), float(high + margin)) if high > low else None
 
 
 def _with_band(x: Array, law: Array, std: Array | None, name: str) -> list[dict[str, object]]:

@@ -21,6 +21,7 @@ SYMBOLS = {
     "^": "triangle-up",
     "s": "square",
     "o": "circle",
+    "d": "diamond-tall-open",
 }
 """Plotly's names of matplotlib's markers."""
 
@@ -39,7 +40,7 @@ def pole_plot(
         top_hz: end of the frequency axis [Hz].
         command: what made the result; clicked poles are appended to it for the next run.
     """
-    found = kinds(diagram.poles)
+    found = kinds(diagram.poles, modes)
     traces = [
         points(freq, order, name, colour, 6, SYMBOLS[marker], 0.9)
         for name, colour, marker, freq, order in found

@@ -1,5 +1,6 @@
 "use strict";
-const PRINTED_PX = 640, PRINTED_HALF_PX = 305;
+// of an A4 or letter page, in the pixels of plots that are printed at four fifths
+const PRINTED_PX = 830, PRINTED_HALF_PX = 395;
 const plots = [...document.querySelectorAll(".plot")];
 const settings = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"] };
 let following = false;
