@@ -11,7 +11,7 @@ import rerun as rr
 from twin.errors import TwinError
 from twin.view import screenshot as module
 from twin.view import viewer
-from twin.view.screenshot import complaint, screenshot
+from twin.view.screenshot import complaint, one_view, screenshot
 
 GLYPH = """thread 'main' panicked at 'No glyph for "一" (U+4E00) in Proportional. Install a font.'
 epaint-0.37.0/src/text/fonts.rs:806
@@ -92,3 +92,20 @@ def test_a_picture_is_taken_where_a_driver_is(tmp_path):
     except TwinError as error:
         pytest.skip(str(error))
     assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_one_view_is_put_in_front_of_the_others():
+    layout = {
+        "/viewport": {"ViewportBlueprint": {"root_container": "r"}},
+        "/container/r": {"ContainerBlueprint": {"container_kind": "Horizontal", "contents": []}},
+        "/container/inner": {"ContainerBlueprint": {"container_kind": "Vertical"}},
+    }
+    names = {"acc_floor1 [m/s²]": "/view/a", "stabilisation": "/view/s"}
+    made = one_view(layout, names, "Stab")
+    assert "Clear" in made["/container/inner"]  # a view has one parent
+    tabs = made["/container/r"]["ContainerBlueprint"]
+    assert tabs["container_kind"] == "Tabs"
+    assert tabs["contents"] == ["/view/a", "/view/s"]
+    assert tabs["active_tab"] == "/view/s"
+    with pytest.raises(TwinError, match="no view 'nothing'; there are acc_floor1"):
+        one_view(layout, names, "nothing")

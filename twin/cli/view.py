@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -12,6 +13,8 @@ import typer
 from twin.errors import TwinError
 
 MAGIC = b"RRF"
+MIN_PX, MAX_PX = 200, 8192
+"""Of a picture's width and height; most graphics drivers draw no larger one."""
 
 
 def register(app: typer.Typer) -> None:
@@ -31,6 +34,13 @@ def view(
     time: Annotated[
         float | None, typer.Option("--time", metavar="S", help="Time to show in the picture [s].")
     ] = None,
+    size: Annotated[
+        str, typer.Option("--size", metavar="WxH", help="Size of the picture [pixel].")
+    ] = "1920x1080",
+    part: Annotated[
+        str | None,
+        typer.Option("--part", metavar="NAME", help="The one view to show in the picture."),
+    ] = None,
 ) -> None:
     """Open a Rerun recording in the viewer.
 
@@ -40,7 +50,7 @@ def view(
     if screenshot is not None:
         from twin.view.screenshot import screenshot as take
 
-        typer.echo(f"written: {take(recording, screenshot, time)}")
+        typer.echo(f"written: {take(recording, screenshot, time, _pixels(size), part)}")
         return
     # the viewer listens on all addresses unless told not to
     arguments = ["--bind", "127.0.0.1", *(["--serve-web"] if web else []), str(recording)]
@@ -50,6 +60,13 @@ def view(
         return
     if done.returncode:
         raise TwinError(f"{recording}: the Rerun viewer ended with code {done.returncode}")
+
+
+def _pixels(size: str) -> tuple[int, int]:
+    match = re.fullmatch(r"(\d{2,5})x(\d{2,5})", size)
+    if match is None or not all(MIN_PX <= int(n) <= MAX_PX for n in match.groups()):
+        raise TwinError(f"--size {size}: write it as 400x800, each {MIN_PX} to {MAX_PX}")
+    return int(match[1]), int(match[2])
 
 
 def check_rrd(recording: Path) -> None:

@@ -246,7 +246,8 @@ def blueprint(outcome: Outcome) -> rrb.Blueprint:
     # left alone the viewer keeps the cursor in the middle, and at the end half a plot is empty
     whole = rrb.TimeAxis(
         view_range=rr.TimeRange(
-            rr.TimeInt(seconds=0.0), rr.TimeInt(seconds=float(outcome.sample_time[-1]))
+            start=rr.TimeRangeBoundary.absolute(seconds=0.0),
+            end=rr.TimeRangeBoundary.absolute(seconds=float(outcome.sample_time[-1])),
         )
     )
     floors = [

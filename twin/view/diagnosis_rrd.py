@@ -193,9 +193,9 @@ def _log_force(stream: rr.RecordingStream, picture: ForcePicture) -> None:
 def _blueprint(
     diagnosis: Diagnosis, traces: Sequence[Trace], motion: Motion | None, by: float
 ) -> rrb.Blueprint:
-    ghost = " over the calibrated one (ghost)" if diagnosis.findings else ""
+    ghost = " over calibrated (ghost)" if diagnosis.findings else ""
     frame = rrb.Spatial3DView(
-        origin="frame", name=f"extended twin{ghost}, motion x {by:g} ({HINT})",
+        origin="frame", name=f"extended twin{ghost} x {by:g}; {HINT}",
         background=list(DARK),
         line_grid=rrb.LineGrid3D(visible=False), eye_controls=_eye(motion),
     )  # fmt: skip

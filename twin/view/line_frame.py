@@ -76,16 +76,22 @@ def log_mode(
     seconds: float,
     colour: str,
     behind: bool = False,
+    still: rr.TimeColumn | None = None,
 ) -> None:
     """Log one mode shape as a moving frame of lines, beside the others, in slow motion.
 
-    What stands ``behind`` another is a little thicker, so that both are seen where they agree.
+    What stands ``behind`` another is a little thicker, so that both are seen where they agree. All
+    along the timeline ``still`` it stands farthest out.
     """
     time = np.arange(0, min(max(seconds, 1 / MODE_HZ), LONGEST_MODE_S), 1 / DISPLAY_HZ)
     turn = np.exp(2j * np.pi * MODE_HZ * time)
     x = MODE_AMPLITUDE * np.real(turn[:, None] * mode.shape)
     radius, depth = (0.007, 0.03) if behind else (0.0035, 0.0)
-    log_line_frame(stream, root, time, x, colour, MODE_SPACING * number, radius, depth=depth)
+    offset = MODE_SPACING * number
+    log_line_frame(stream, root, time, x, colour, offset, radius, depth=depth)
+    if still is not None:
+        out = np.repeat(x[:1], len(still.times), axis=0)
+        log_line_frame(stream, root, time, out, colour, offset, radius, depth=depth, times=still)
 
 
 def log_mode_label(stream: rr.RecordingStream, root: str, mode: ModeShape, number: int) -> None:

@@ -91,7 +91,7 @@ def _write(
         log_line_frame(stream, "frame/identified", np.zeros(0),
                        np.outer(factors(by), moment), IDENTIFIED, heights=heights,
                        times=marks(by))  # fmt: skip
-    _log_modes(stream, result, truth)
+    _log_modes(stream, result, truth, by)
     for number in range(len(result.recordings)):
         _log_signals(stream, result, number)
     rrd_charts.log(stream, result, truth)
@@ -118,19 +118,22 @@ def _own_factor(mine: FloorMotion | None) -> float:
     return float(10 ** np.floor(np.log10(0.03 / largest))) if 0 < largest < 0.03 else 1.0
 
 
-def _log_modes(stream: rr.RecordingStream, result: Identification, truth: Twin | None) -> None:
+def _log_modes(
+    stream: rr.RecordingStream, result: Identification, truth: Twin | None, by: float
+) -> None:
     seconds = result.recordings[0].duration_s
     true_modes = truth.modes() if truth is not None else None
     pairs = paired_modes(result.modal, true_modes)
     theirs = mode_shapes(true_modes) if true_modes is not None else []
     for number, mode in enumerate(mode_shapes(result.modal)):
         root = f"modes/mode{number + 1}"
-        log_mode(stream, f"{root}/identified", mode, number, seconds, IDENTIFIED)
+        log_mode(stream, f"{root}/identified", mode, number, seconds, IDENTIFIED, still=marks(by))
         log_mode_label(stream, f"{root}/label", mode, number)
         pair = pairs[number]
         if pair is not None and len(theirs[pair].places) == len(mode.places):
             shape = aligned(theirs[pair], mode)
-            log_mode(stream, f"{root}/true", shape, number, seconds, TRUE, behind=True)
+            log_mode(stream, f"{root}/true", shape, number, seconds, TRUE, behind=True,
+                     still=marks(by))  # fmt: skip
 
 
 def summary(result: Identification, truth: Twin | None) -> str:
@@ -176,7 +179,7 @@ def _blueprint(
         who = "identified (orange) over true" if motion is not None and mine is not None else (
             "true frame" if motion is not None else "identified frame"
         )  # fmt: skip
-        left.append(_solid("frame", f"{who}, motion x {by:g} ({HINT})", *_before(motion, result)))
+        left.append(_solid("frame", f"{who} x {by:g}; {HINT}", *_before(motion, result)))
     count, levels = len(result.modal.natural_freq), len(_places(result))
     if count and levels > 1:
         across = 0.5 * MODE_SPACING * (count - 1)

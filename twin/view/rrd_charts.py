@@ -25,6 +25,9 @@ PHASE_TALL, GAP = 40.0, 18.0
 LEAST_DECADES = 1e-5
 """Smallest magnitude that is drawn, as a share of the largest."""
 
+ROOM = 1.6
+"""Where the names of the errors begin, as a share of the largest error that is drawn."""
+
 BESIDE = 20.0
 """Room around a chart for its labels."""
 
@@ -39,11 +42,15 @@ def views(result: Identification, truth: Twin | None) -> dict[str, rrb.View | rr
     ]
     out["responses"] = plots[0] if len(plots) == 1 else rrb.Tabs(*plots, name="responses")
     if result.diagram:
-        out["stabilisation"] = flat("stabilisation", "stabilisation", TALL)
+        out["stabilisation"] = flat(
+            "stabilisation", "stabilisation: blue are a mode's (orange), grey are none's", TALL
+        )
     if len(result.singular_values):
         out["order"] = flat("order", "singular values", TALL)
     if any(row.error_in_std is not None for row in _rows(result, truth)):
-        out["errors"] = flat("errors", "(identified - true) / std", TALL)
+        out["errors"] = flat(
+            "errors", "(identified - true) / std, its bars; grey: Cramér-Rao bound", TALL
+        )
     names = _matrices(result, truth)
     if names:
         grid = [rrb.Spatial2DView(origin=f"matrices/{name}", name=name) for name in names]
@@ -116,7 +123,7 @@ def _log_stabilisation(stream: rr.RecordingStream, result: Identification) -> No
     top = result.fit.w_max / (2 * np.pi) if result.fit else result.sampling_hz / 2
     chart = Chart(stream, "stabilisation", (0.0, float(top)), (0.0, float(order.max() + 2)),
                   "natural frequency [Hz]",
-                  "order; blue: stable poles of the modes (orange), grey: all others")  # fmt: skip
+                  "order of the model")  # fmt: skip
     chart.axes()
     shown = freq <= top
     for mode in result.modal.natural_freq:
@@ -145,8 +152,8 @@ def _log_errors(stream: rr.RecordingStream, rows: list[Row]) -> None:
     value = np.array([row.error_in_std for row in rows], float)
     edge = max(3.0, float(np.max(np.abs(value))) + 1.3)
     count = len(rows)
-    chart = Chart(stream, "errors", (-edge, edge), (0.0, count + 1.0), "error / std",
-                  "± one std (orange), Cramér-Rao bound (grey), 0 and ± 2",
+    chart = Chart(stream, "errors", (-ROOM * edge, edge), (0.0, count + 1.0),
+                  "error / standard deviation", "± one deviation",
                   y_ticks=())  # fmt: skip
     chart.axes()
     for x, colour in ((-2.0, GROUND), (0.0, TRUE), (2.0, GROUND)):
@@ -161,7 +168,7 @@ def _log_errors(stream: rr.RecordingStream, rows: list[Row]) -> None:
                    np.full(2, y), IDENTIFIED, 0.25)  # fmt: skip
     chart.points("value", value, at, IDENTIFIED, 0.9)
     names = [row.quantity for row in rows]
-    chart.text("names", np.full(count, -1.08 * edge), at + 0.4, names, IDENTIFIED)
+    chart.text("names", np.full(count, -0.5 * (1 + ROOM) * edge), at + 0.4, names, IDENTIFIED)
 
 
 Matrix = tuple[Array, tuple[list[str], list[str]], str]

@@ -21,25 +21,41 @@ PAUSE_S = 0.4
 DRIVER = "it needs a Vulkan driver, such as Debian's mesa-vulkan-drivers"
 
 
-def screenshot(recording: Path, picture: Path, at_s: float | None = None) -> Path:
+SIZE = (1920, 1080)
+NARROW = 800
+"""Below this width [pixel] the views do not stand beside one another: one is shown."""
+
+
+def screenshot(
+    recording: Path,
+    picture: Path,
+    at_s: float | None = None,
+    size: tuple[int, int] = SIZE,
+    view: str | None = None,
+) -> Path:
     """Open the recording in a headless viewer and write what it shows as PNG.
 
     Args:
         recording: an .rrd file.
         picture: the PNG to write.
         at_s: time to show [s].
+        size: width and height of the window [pixel].
+        view: a part of the name of the one view to show; on a narrow window the first without.
 
     Raises:
-        TwinError: the viewer cannot start (it needs a Vulkan driver), or cannot show this.
+        TwinError: the viewer cannot start (it needs a Vulkan driver), or cannot show this; there
+            is no such view.
     """
     from rerun.experimental import ViewerClient
 
     last = b""
-    with tempfile.TemporaryFile() as said, _viewer(said) as (process, port):
+    with tempfile.TemporaryFile() as said, _viewer(said, size) as (process, port):
         try:
             wait(process, port)
             client = ViewerClient.connect(f"rerun+http://{LOCAL}:{port}/proxy")
             client.open(str(recording.resolve()))
+            if view is not None or size[0] < NARROW:
+                _show_one(client, view or "")
             if at_s is not None:
                 client.set_time("time", duration=at_s, play_state="paused")
             for _ in range(ATTEMPTS):
@@ -48,12 +64,48 @@ def screenshot(recording: Path, picture: Path, at_s: float | None = None) -> Pat
                     break
                 last = now
                 time.sleep(PAUSE_S)
+        except TwinError as error:
+            raise TwinError(f"{recording}: {error}") from None
         except Exception as error:  # the viewer's process ends, and its client says how it sees it
             said.seek(0)
             reason = complaint(said.read().decode("utf-8", "replace"), str(error))
             raise TwinError(f"{recording}: the headless Rerun viewer takes no picture: {reason}") \
                 from None  # fmt: skip
     return write_whole(picture, lambda part: part.write_bytes(last))
+
+
+def _show_one(client: Any, wanted: str) -> None:
+    """Put all views into tabs, the wanted one in front."""
+    for _ in range(ATTEMPTS):
+        views = client.get_state().views
+        if views:
+            break
+        time.sleep(PAUSE_S)
+    names = {view.name: f"/view/{view.view_id}" for view in views}
+    layout = client.get_blueprint().blueprint
+    client.set_blueprint(one_view(layout, names, wanted), of="recording")
+
+
+def one_view(layout: dict[str, Any], names: dict[str, str], wanted: str) -> dict[str, Any]:
+    """Return a blueprint whose views are tabs.
+
+    Args:
+        layout: the blueprint, by entity path.
+        names: paths of the views, by their names.
+        wanted: a part of the name of the view in front, the first without.
+
+    Raises:
+        TwinError: no view has it.
+    """
+    found = [path for name, path in names.items() if wanted.lower() in name.lower()]
+    if not found:
+        raise TwinError(f"no view '{wanted}'; there are {', '.join(sorted(names))}")
+    root = layout["/viewport"]["ViewportBlueprint"]["root_container"]
+    tabs = {"container_kind": "Tabs", "contents": list(names.values()), "active_tab": found[0],
+            "visible": True}  # fmt: skip
+    gone = {"Clear": {"is_recursive": True}}
+    out = {p: gone if p.startswith("/container/") else what for p, what in layout.items()}
+    return {**out, f"/container/{root}": {"ContainerBlueprint": tabs}}
 
 
 def complaint(said: str, error: str) -> str:
@@ -67,10 +119,13 @@ def complaint(said: str, error: str) -> str:
 
 
 @contextmanager
-def _viewer(said: IO[bytes]) -> Iterator[tuple[subprocess.Popen[Any], int]]:
+def _viewer(
+    said: IO[bytes], size: tuple[int, int] = SIZE
+) -> Iterator[tuple[subprocess.Popen[Any], int]]:
     """Run a viewer without a window on a free port of this computer only."""
     port = free_port()
-    process = started(["--headless", "--hide-welcome-screen"], port, said)
+    window = ["--window-size", "{}x{}".format(*size)]
+    process = started(["--headless", "--hide-welcome-screen", *window], port, said)
     try:
         yield process, port
     finally:

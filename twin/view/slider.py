@@ -19,7 +19,8 @@ FACTORS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
 BEYOND = 3.0
 """How far the slider goes beyond the magnification that is shown over time."""
 
-HINT = f"timeline '{SLIDER}': slider"
+HINT = f"slider: {SLIDER}"
+"""In the name of a view: which timeline to choose."""
 
 
 def factors(shown: float) -> tuple[int, ...]:
