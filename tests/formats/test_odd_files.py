@@ -49,6 +49,8 @@ READ = {
     "lines about it and a row of units": "Recorder X\n\nTime,tip_force,A3\ns,N,m/s^2\n" + BODY,
     "a commented header": "# a test\n# time [s],tip_force [N],A3 [m/s^2]\n" + BODY,
     "a header that is a comment": "#" + CLEAN,
+    "upright bars": CLEAN.replace(",", "|"),
+    "Fortran's exponents": CLEAN.replace("0.001", "1.0D-03"),
     "spaces": CLEAN.replace(",", "   "),
     "quotes": "\n".join(
         ",".join(f'"{cell}"' for cell in line.split(",")) for line in CLEAN.split("\n")[:-1]
@@ -84,6 +86,13 @@ def test_a_packed_text_is_read(tmp_path, suffix):
     assert np.array_equal(read_recording(path).column("A3"), ACC)
     path.write_bytes(gzip.compress(CLEAN.encode())[:-20])
     with pytest.raises(RecordingError, match="the archive is damaged or cut short"):
+        read_recording(path)
+
+
+def test_a_text_that_is_not_packed_is_to_be_renamed(tmp_path):
+    path = tmp_path / "r.csv.gz"
+    path.write_text(CLEAN)
+    with pytest.raises(RecordingError, match=r"not packed; rename it to r\.csv$"):
         read_recording(path)
 
 
@@ -139,7 +148,11 @@ REFUSED = {
         CLEAN.replace("A3 [m/s^2]", "A3"), "--map 'A3=A3 [m/s^2]'"),
     "a unit nobody knows": (CLEAN.replace("[N]", "[LSB]"), "unknown unit [LSB]; units are writ"),
     "thousands and decimals": (
-        "time [s];F [N]\n0;1.000,5\n1;2.000,5\n", "'1.000,5' is not a number; decimals are wri"),
+        "time [s];F [N]\n0;1.000,5\n1;2.000,5\n", "'1.000,5' is not a number; write it without se"),
+    "an empty cell": ("time [s],F [N]\n0,1\n1,\n2,1\n", "the cell is empty; cut the file there"),
+    "no number": ("time [s],F [N]\n0,1\n1,nan\n2,1\n", "nan is not finite; cut the file there"),
+    "decimal commas between commas": (
+        "time [s],F [N]\n0,0,1,0\n1,0,2,0\n", "decimal commas need semicolons"),
     "a gap": (
         "time [s],F [N]\n0,1\n1,2\n2,1\n6,2\n7,1\n", "row 5: time is not uniform: a step of 4 s "
         "where steps are 1 s (off by 300 %): 3 samples are missing; cut the file there"),

@@ -72,7 +72,9 @@ def _load(table: Table, assignments: list[Assignment]) -> list[Array]:
         if len(bad):
             raise RecordingError(
                 f"{table.at(int(bad[0]))}, column {assignment.label}: {values[bad[0]]} is not "
-                f"finite" + (f" (and {len(bad) - 1} more)" if len(bad) > 1 else "")
+                f"finite"
+                + (f" (and {len(bad) - 1} more)" if len(bad) > 1 else "")
+                + "; cut the file there into two recordings, or fill the gap"
             )
         columns.append(values)
     if not columns or len(columns[0]) < FEWEST:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -14,6 +15,10 @@ from twin.formats.clock import seconds_of
 from twin.units import shown
 
 Array = NDArray[np.float64]
+
+CUT = "; cut the file there into two recordings, or fill the gap"
+COMMA_TWICE = "; decimal commas need semicolons or tabs between the cells"
+_FORTRAN = re.compile(r"^([+-]?[\d.]+)[dD]([+-]?\d+)$")
 
 
 @dataclass(frozen=True)
@@ -65,7 +70,10 @@ def read_cells(rows: Rows, wanted: Sequence[int]) -> list[Array]:
         if not line.strip():
             raise RecordingError(f"{where} is empty")
         if len(row) != rows.cells:
-            raise RecordingError(f"{where} has {len(row)} cells where the header has {rows.cells}")
+            hint = COMMA_TWICE if len(row) == 2 * rows.cells and rows.separator == "," else ""
+            raise RecordingError(
+                f"{where} has {len(row)} cells where the header has {rows.cells}{hint}"
+            )
         for position, index in enumerate(wanted):
             column = f"{where}, column {rows.labels[index]}"
             if index in clocks:
@@ -92,13 +100,15 @@ def _clock(cell: str, where: str) -> str:
 def _number(cell: str, where: str, decimal_comma: bool) -> float:
     text = cell.strip()
     if not text:
-        raise RecordingError(f"{where}: the cell is empty")
+        raise RecordingError(f"{where}: the cell is empty{CUT}")
     try:
         if "_" in text:  # Python would read 1_0 as ten
             raise ValueError
         if decimal_comma and "." not in text:
             return float(text.replace(",", "."))
-        return float(text)
+        return float(_FORTRAN.sub(r"\1e\2", text))
     except ValueError:
         hint = "; decimals are written with a point" if "," in text else ""
+        if hint and "." in text:
+            hint = "; write it without separators of thousands"
         raise RecordingError(f"{where}: {shown(text)} is not a number{hint}") from None

@@ -11,7 +11,7 @@ from twin.formats.clock import is_clock
 from twin.formats.csv_cells import split_row
 from twin.units import is_unit, quantity_of, split_name
 
-SEPARATORS = ",;\t"
+SEPARATORS = ",;\t|"
 
 LONGEST_PREAMBLE = 200
 """Lines before the header that a measuring program may write about the measurement."""

@@ -16,6 +16,7 @@ _MARKS = (
     (codecs.BOM_UTF16_LE, "utf-16"),
     (codecs.BOM_UTF16_BE, "utf-16"),
 )
+_GZIP = b"\x1f\x8b"
 _CONTROL = re.compile(rb"[\x00-\x08\x0e-\x1f]")
 
 LOOKED_AT = 200
@@ -57,6 +58,8 @@ def text_of(path: Path) -> str:
 
 
 def _unpacked(data: bytes, path: Path) -> bytes:
+    if not data.startswith(_GZIP):
+        raise RecordingError(f"{path}: this is not packed; rename it to {path.stem}")
     try:
         return gzip.decompress(data)
     except (OSError, EOFError, zlib.error):
