@@ -1,4 +1,4 @@
-"""Draw one concealed case from mismatch to explained, in four pictures: docs/concealed_case.png.
+"""Draw one concealed case from mismatch to extended twin, in four pictures: docs/concealed_case.png.
 
     python experiments/proof_pictures.py [--mechanism clearance] [--place storey1] [--seed 7]
 
@@ -34,6 +34,7 @@ from twin.view.colours import IDENTIFIED, LOCATED, MEASURED, REJECTED, TRUE  # n
 
 WINDOW_S = 1.5
 SHOWN = 3000
+SHOWN_PLACES = 6
 DPI = 90
 
 
@@ -72,11 +73,11 @@ def draw(found: Diagnosis, truth: dict[str, object]) -> Figure:
     _recording(before, trace, "calibrated", IDENTIFIED)
     before.set_title("1  an unseen recording: the best twin without the missing physics")
     _where(place, found)
-    place.set_title("2  where a missing force would explain most")
+    place.set_title("2  the best explanation at each place, and what it gains")
     _force(law, found)
     law.set_title("3  the force that is missing, and the law found for it")
     _recording(after, trace, "explained", TRUE)
-    after.set_title("4  the same recording with the explained twin")
+    after.set_title("4  the same recording with the extended twin")
     first = found.findings[0]
     figure.suptitle(
         f"concealed: {truth['mechanism']} at {truth['location']};  found: "
@@ -97,7 +98,8 @@ def _recording(ax: Axes, trace: Trace, which: str, colour: str) -> None:
     ax.plot(time, trace.measured[part, column], color=MEASURED, lw=3.5, label="measured")
     signal = getattr(trace, which)
     error = nrmse([trace.measured], [signal])
-    label = f"{which} twin, running freely: error {100 * error:.2g} %"
+    name = {"explained": "extended"}.get(which, which)
+    label = f"{name} twin, free run: error {100 * error:.2g} %"
     ax.plot(time, signal[part, column], color=colour, lw=1.3, label=label)
     ax.set_xlabel("time [s]")
     ax.set_ylabel(f"{trace.outputs[column]} [m/s^2]", parse_math=False)
@@ -107,16 +109,21 @@ def _recording(ax: Axes, trace: Trace, which: str, colour: str) -> None:
 
 
 def _where(ax: Axes, found: Diagnosis) -> None:
-    storeys = [p for p in found.where if p.startswith("storey")]
-    gains = [max(found.where[p], 0.0) for p in storeys]
-    guilty = found.findings[0].location
-    colours = [LOCATED if p == guilty else REJECTED for p in storeys]
-    bars = ax.barh(storeys, gains, 0.5, color=colours)
+    best = {}
+    for one in (*found.findings, *found.alternatives):
+        if one.gain is not None and one.gain > best.get(one.location, ("", 0.0))[1]:
+            best[one.location] = one.mechanism.name, one.gain
+    rows = sorted(best.items(), key=lambda row: row[1][1])[-SHOWN_PLACES:]
+    gains = [gain for _, (_, gain) in rows]
+    located = {f.location for f in found.findings}
+    colours = [LOCATED if place in located else REJECTED for place, _ in rows]
+    names = [f"{what.replace('_', ' ')}\n{place}" for place, (what, _) in rows]
+    bars = ax.barh(names, gains, 0.5, color=colours)
     ax.bar_label(bars, [f"{gain:,.0f}" for gain in gains], padding=4)
     ax.margins(x=0.25)
     ax.xaxis.set_major_formatter("{x:,.0f}")
     ax.xaxis.set_major_locator(MaxNLocator(5))
-    ax.set_xlabel("gain in log likelihood by a latent force in the storey [nat]")
+    ax.set_xlabel("log odds over nothing there [nat]")
     ax.grid(alpha=0.3, axis="x")
 
 

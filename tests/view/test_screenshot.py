@@ -100,12 +100,12 @@ def test_one_view_is_put_in_front_of_the_others():
         "/container/r": {"ContainerBlueprint": {"container_kind": "Horizontal", "contents": []}},
         "/container/inner": {"ContainerBlueprint": {"container_kind": "Vertical"}},
     }
-    names = {"acc_floor1 [m/s²]": "/view/a", "stabilisation": "/view/s"}
+    names = [("acc [m/s²]", "/view/a"), ("acc [m/s²]", "/view/b"), ("stabilisation", "/view/s")]
     made = one_view(layout, names, "Stab")
     assert "Clear" in made["/container/inner"]  # a view has one parent
     tabs = made["/container/r"]["ContainerBlueprint"]
     assert tabs["container_kind"] == "Tabs"
-    assert tabs["contents"] == ["/view/a", "/view/s"]
+    assert tabs["contents"] == ["/view/a", "/view/b", "/view/s"]
     assert tabs["active_tab"] == "/view/s"
-    with pytest.raises(TwinError, match="no view 'nothing'; there are acc_floor1"):
+    with pytest.raises(TwinError, match=r"no view 'nothing'; there are acc \[m"):
         one_view(layout, names, "nothing")

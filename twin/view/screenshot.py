@@ -6,7 +6,7 @@ import re
 import subprocess
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
@@ -81,28 +81,36 @@ def _show_one(client: Any, wanted: str) -> None:
         if views:
             break
         time.sleep(PAUSE_S)
-    names = {view.name: f"/view/{view.view_id}" for view in views}
+    names = [(view.name, f"/view/{view.view_id}") for view in views]
     layout = client.get_blueprint().blueprint
     client.set_blueprint(one_view(layout, names, wanted), of="recording")
 
 
-def one_view(layout: dict[str, Any], names: dict[str, str], wanted: str) -> dict[str, Any]:
+def one_view(
+    layout: dict[str, Any], names: Sequence[tuple[str, str]], wanted: str
+) -> dict[str, Any]:
     """Return a blueprint whose views are tabs.
 
     Args:
         layout: the blueprint, by entity path.
-        names: paths of the views, by their names.
+        names: name and path of every view.
         wanted: a part of the name of the view in front, the first without.
 
     Raises:
         TwinError: no view has it.
     """
-    found = [path for name, path in names.items() if wanted.lower() in name.lower()]
+    found = [path for name, path in names if wanted.lower() in name.lower()]
     if not found:
-        raise TwinError(f"no view '{wanted}'; there are {', '.join(sorted(names))}")
+        raise TwinError(
+            f"no view '{wanted}'; there are {', '.join(sorted({name for name, _ in names}))}"
+        )
     root = layout["/viewport"]["ViewportBlueprint"]["root_container"]
-    tabs = {"container_kind": "Tabs", "contents": list(names.values()), "active_tab": found[0],
-            "visible": True}  # fmt: skip
+    tabs = {
+        "container_kind": "Tabs",
+        "contents": [path for _, path in names],
+        "active_tab": found[0],
+        "visible": True,
+    }
     gone = {"Clear": {"is_recursive": True}}
     out = {p: gone if p.startswith("/container/") else what for p, what in layout.items()}
     return {**out, f"/container/{root}": {"ContainerBlueprint": tabs}}
