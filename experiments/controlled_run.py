@@ -6,7 +6,7 @@ A lumped frame with the pendulum absorber runs in closed loop under the LQG cont
 designed for it, on an integrator of its own (experiments/concealed/absorber_rig.py). Its pendulum
 has dry friction that the drawing does not show, or its motor a deadband or a delay, or nothing.
 `twin diagnose` gets the recordings of the controlled run: force, commanded torque, accelerations,
-angle. What it names is put into the loop again, and the reduction foretold is laid beside the
+angle. What it names is put into the loop again, and the reduction predicted is laid beside the
 lab's. Writes experiments/results/controlled.json.
 """
 
@@ -132,7 +132,7 @@ def reduction(on: dict[str, Array], off: dict[str, Array]) -> float:
 
 
 def case(name: str, twin: Twin, controller: Controller, delay: int) -> dict[str, Any]:
-    """Conceal, record, diagnose, and foretell the reduction with what was found."""
+    """Conceal, record, diagnose, and predict the reduction with what was found."""
     rng = np.random.default_rng([SEED, list(CONCEALED).index(name)])
     nominal, rig = Absorber(), TWO_STOREY.scattered(rng)
     absorber = replace(nominal, **CONCEALED[name])
@@ -142,14 +142,16 @@ def case(name: str, twin: Twin, controller: Controller, delay: int) -> dict[str,
     *train, test = [recorded(run, rng, f"run {i + 1}") for i, run in enumerate(runs)]
     found = diagnose(twin, train, [test])
     first = found.findings[0] if found.findings else None
-    foretold = nominal
+    predicted = nominal
     if first is not None and first.mechanism.name in FIELD:
         field, parameter = FIELD[first.mechanism.name]
-        foretold = replace(nominal, **{field: float(first.mechanism.values[parameter])})
+        predicted = replace(nominal, **{field: float(first.mechanism.values[parameter])})
     off = controlled(rig, absorber, None, forces[-1], delay)
     mine = [controlled(TWO_STOREY, one, controller, forces[-1], delay)
-            for one in (nominal, foretold)]  # fmt: skip
-    mine_off = [controlled(TWO_STOREY, one, None, forces[-1], delay) for one in (nominal, foretold)]
+            for one in (nominal, predicted)]  # fmt: skip
+    mine_off = [
+        controlled(TWO_STOREY, one, None, forces[-1], delay) for one in (nominal, predicted)
+    ]
     return {
         "concealed": name,
         "value": CONCEALED[name],

@@ -164,7 +164,7 @@ def _headline(summary: dict[str, Any]) -> dict[str, Any]:
         rows.append([asked, *_counted(of["right"]), between(of["right"]), aim])
     key = "ahead_not_worse"
     rows.append(
-        ["two seconds ahead: explained twin no worse than calibrated",
+        ["two seconds ahead: extended twin no worse than calibrated",
          *_counted(summary["all"][key]), between(summary["all"][key]), "always"]
     )  # fmt: skip
     columns = ["What was asked", "Right", "Share", "95 % interval", "Aim"]

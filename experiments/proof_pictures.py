@@ -1,4 +1,4 @@
-"""Draw one concealed case from mismatch to extended twin, in four pictures: docs/concealed_case.png.
+"""Draw one concealed case, from the mismatch to the extended twin: docs/concealed_case.png.
 
     python experiments/proof_pictures.py [--mechanism clearance] [--place storey1] [--seed 7]
 

@@ -135,7 +135,7 @@ def p_delta(given: Mapping[str, Any]) -> Section:
 
 
 def controlled(given: Mapping[str, Any]) -> Section:
-    """Return what was said of recordings of a controlled run, and the reductions foretold."""
+    """Return what was said of recordings of a controlled run, and the reductions predicted."""
     rows = []
     for one in given["cases"]:
         value = ", ".join(f"{v:.3g}" for v in one["value"].values()) or "-"
@@ -152,7 +152,7 @@ def controlled(given: Mapping[str, Any]) -> Section:
     text = (
         "The pendulum absorber in closed loop under its LQG controller, on an integrator of its "
         "own; torques in N m, delays in s. The reduction of the top floor's motion falls short of "
-        "what the twin as it stands foretells; with the mechanism that was named it comes nearer."
+        "what the twin as it stands predicts; with the mechanism that was named it comes nearer."
     )
     columns = ["Concealed", "True", "Named first", "Found", "Probability", "Reduction in the lab",
                "As the twin stands", "Explained"]  # fmt: skip
@@ -176,7 +176,7 @@ def misses_again(given: Mapping[str, Any]) -> Section:
         for case in sorted(told, key=lambda case: _in_order(case["case"]))
     ]  # fmt: skip
     text = (
-        "The cases of the sealed campaigns that were missed, and those in which the explained twin "
+        "The cases of the sealed campaigns that were missed, and those in which the extended twin "
         "foresaw worse than the calibrated one, diagnosed again by commit "
         f"{given['made_with']['commit']}. They have been opened, and some were used to mend the "
         "tool: what follows counts nowhere else. Of "

@@ -51,7 +51,7 @@ def rms(values: Array) -> float:
 def f16(data: Path) -> dict[str, Any]:
     """Say how much of the response repeats, how much of that is linear, and what is left.
 
-    Every period has the same force, so the mean of the periods seen foresees the unseen ones with
+    Every period has the same force, so the mean of the periods seen predicts the unseen ones with
     all that repeats, linear or not: no model of a steady response can do better. What goes beyond
     it is noise and what changed from period to period; what a linear model errs beyond it repeats
     and is the model's: too few modes, or physics that is not linear. Lines above the excited band

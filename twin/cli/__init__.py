@@ -47,7 +47,7 @@ def build() -> typer.Typer:
     """Assemble the application from the command modules."""
     app = typer.Typer(
         name="twin",
-        help="A digital twin of a laboratory frame: test it, identify it, look at it.",
+        help="A digital twin of a laboratory structure: test, identify, diagnose, control.",
         no_args_is_help=True,
         rich_markup_mode="markdown",
         pretty_exceptions_enable=False,
@@ -103,7 +103,7 @@ def _about(
         typer.Option("--version", callback=_version, is_eager=True, help="Print the version."),
     ] = False,
 ) -> None:
-    """A digital twin of a laboratory frame: test it, identify it, look at it."""
+    """A digital twin of a laboratory structure: test, identify, diagnose, control."""
     del version  # its callback has printed it
 
 

@@ -31,11 +31,11 @@ def register(app: typer.Typer) -> None:
 
 
 def demo(out: Out = None, seed: Seed = 0, json: Json = None) -> None:
-    """Hit the frame with a hammer in MuJoCo, identify it, and lay identified beside true.
+    """Do a hammer test in MuJoCo, identify the frame, find a concealed effect.
 
     The paper's test: first floor, 32 Hz, 32 s, anti-alias cut-off 16 Hz; 1 % noise on force and
     accelerations. Then an effect is concealed in a rig, and its recordings are diagnosed with a
-    twin that has not got it. Writes recordings, figures, a report and two Rerun recordings.
+    model that lacks it. Writes recordings, figures, a report and two Rerun recordings.
 
     Example: twin demo --out twin-demo --seed 0
     """

@@ -85,8 +85,8 @@ def diagnose(
 ) -> None:  # fmt: skip
     """Say where recordings and twin differ, what physics was left out, and model it.
 
-    The recordings to explain (--train) calibrate the twin, locate the mismatch and name it; the
-    unseen ones (--test) show how much better the explained twin foresees them. Writes the explained
+    The recordings after --train calibrate the twin, locate the mismatch and identify its law. Those
+    after --test are kept for validation: the extended twin only predicts them. Writes the extended
     twin as MJCF, the diagnosis as JSON, an HTML report and one Rerun recording.
     """
     check_json_target(json)

@@ -48,10 +48,10 @@ def identify_recordings(
         int | None, typer.Option("--p", min=1, help="Number of observer Markov parameters.")
     ] = None,
     inputs: Annotated[
-        list[str] | None, typer.Option("--input", help="Channel that drives; repeat for several.")
+        list[str] | None, typer.Option("--input", help="Input channel; repeat for several.")
     ] = None,
     outputs: Annotated[
-        list[str] | None, typer.Option("--output", help="Channel that responds; repeat.")
+        list[str] | None, typer.Option("--output", help="Output channel; repeat.")
     ] = None,
     band: Annotated[
         tuple[float, float] | None,
@@ -64,11 +64,11 @@ def identify_recordings(
         typer.Option("--period", min=2, help="Samples in a period; the mean period is fitted."),
     ] = None,
     unseen: Annotated[
-        int, typer.Option("--unseen", min=0, help="Last periods that the fit does not see.")
+        int, typer.Option("--unseen", min=0, help="Last periods, kept for validation.")
     ] = 0,
     tests: Annotated[
         list[Path] | None,
-        typer.Option("--test", metavar="FILE...", help="Recordings that the fit does not see."),
+        typer.Option("--test", metavar="FILE...", help="Recordings kept for validation."),
     ] = None,
     model: Annotated[
         str | None,
@@ -76,7 +76,11 @@ def identify_recordings(
     ] = None,
     tolerance: Annotated[
         float,
-        typer.Option("--tolerance", min=0, help="Prior of the model's masses and stiffnesses."),
+        typer.Option(
+            "--tolerance",
+            min=0,
+            help="How well the model's masses and stiffnesses are known, as a share.",
+        ),
     ] = 0.01,
     pick: Annotated[
         bool,
@@ -88,7 +92,7 @@ def identify_recordings(
     ] = None,
     output_only: Annotated[
         bool,
-        typer.Option("--output-only", help="Nothing that drives was measured; no masses then."),
+        typer.Option("--output-only", help="No input was measured: modes without scale."),
     ] = False,
     window: Annotated[
         float | None,
@@ -104,8 +108,8 @@ def identify_recordings(
 ) -> None:
     """Identify natural frequencies, damping, mode shapes and matrices with their uncertainty.
 
-    OKID/ERA, then maximum likelihood; the note "route" says which estimate was taken. Figures and
-    a Rerun recording go to the folder of --out.
+    OKID/ERA, then maximum likelihood; the line "estimate" says which of the two was taken. Figures
+    and a Rerun recording go to the folder of --out.
 
     Example: `twin identify hits/*.csv --model two_storey_lumped --out found --json found.json`
     """

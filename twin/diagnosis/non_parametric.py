@@ -1,4 +1,4 @@
-"""Where no name fits: a restoring force without a name in place of the names that mimic one.
+"""Where no law fits: a non-parametric restoring force in place of the laws that mimic one.
 
 A search that only adds names builds a law that it does not know out of several that it does. The
 non-parametric law is one mechanism with many parameters; where it is likelier than the names at its

@@ -221,7 +221,7 @@ class Diagnosis(Presentable):
 
     @property
     def place(self) -> str | None:
-        """The guilty place: that of the first finding."""
+        """The located place: that of the first finding."""
         return self.findings[0].location if self.findings else None
 
 

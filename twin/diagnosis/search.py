@@ -167,7 +167,8 @@ def _without_names(
     candidates = offer(moved, evaluate(h, z, derivatives=False).runs)
     cost = float(np.log(max(len(candidates), 2)))
     for number, (other, starts) in enumerate(in_place_of(h, best.fit, moved, candidates, dubious)):
-        tell(f"fitting a force without a name at {other.mechanisms[-1].place} ({number + 1})")
+        place = other.mechanisms[-1].place
+        tell(f"fitting a non-parametric restoring force at {place} ({number + 1})")
         _, begun, _ = likeliest(other, [z for start in starts for z in beginnings(other, start)])
         explained = _explained(other, begun, cost, best.log_odds)
         if explained is not None:

@@ -260,7 +260,7 @@ def _second_order(fit: ModalFit, records: Records) -> tuple[Structure | None, bo
         return None, True, [str(error)]
     structure = structured_second_order(model, fit, records.outputs, records.inputs, records.dt)
     if structure.chance >= BELIEVABLE:
-        remark = "M, K and R agree best with all modal parameters, from eq. (41) on"
+        remark = "M, K and R by eq. (41), then fitted to all modal parameters"
         return structure, True, [remark]
     remark = (
         "M, K and R are those of eq. (41): the residues are not those of a symmetric structure "

@@ -1,4 +1,4 @@
-"""A force law without a name: any smooth function of drift and rate."""
+"""A non-parametric restoring force: any smooth function of drift and rate."""
 
 from __future__ import annotations
 

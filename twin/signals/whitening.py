@@ -1,4 +1,4 @@
-"""A channel's innovations: what of each sample the samples before it do not foretell."""
+"""A channel's innovations: what of each sample those before it do not predict."""
 
 from __future__ import annotations
 

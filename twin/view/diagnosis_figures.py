@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from twin.diagnosis.result import Diagnosis, Trace
 from twin.view.colours import GROUND, IDENTIFIED, MEASURED, REJECTED, TRUE
-from twin.view.diagnosis_words import percent, printable
+from twin.view.diagnosis_words import percent, printable, twin_words
 from twin.view.figures import unit_of
 
 Array = NDArray[np.float64]
@@ -26,7 +26,7 @@ def drawable(text: str) -> str:
 
 
 def before_after(trace: Trace, window_s: float = WINDOW_S) -> Figure:
-    """Draw a recording beside the calibrated and the explained twin, and what is left.
+    """Draw a recording beside the calibrated and the extended twin, and what is left.
 
     The window is the one in which the explanation takes most of the error away; the worst
     calibrated channels are drawn. Errors in the legends are those of the whole recording.
@@ -47,7 +47,7 @@ def before_after(trace: Trace, window_s: float = WINDOW_S) -> Figure:
         part = slice(start, stop)
         above.plot(time, trace.measured[part, column], color=MEASURED, lw=3, label="measured")
         for which, colour, width in (("calibrated", IDENTIFIED, 1.2), ("explained", TRUE, 1.2)):
-            label = f"{which}, NRMSE {percent(error[which][column])}"
+            label = f"{twin_words(which)}, NRMSE {percent(error[which][column])}"
             signal = getattr(trace, which)[part, column]
             above.plot(time, signal, color=colour, lw=width, label=label)
             below.plot(time, residual[which][part, column], color=colour, lw=1.0)
@@ -112,7 +112,7 @@ def errors(diagnosis: Diagnosis) -> Figure:
             shares = np.array([getattr(e, kind) for e in (fits.train, fits.test)], float)
             heights = np.where(np.isfinite(shares) & (shares > 0), 100 * shares, np.nan)
             at = np.arange(2) + 0.2 * (number - 1.5)
-            label = kind.replace("_", " ")
+            label = twin_words(kind)
             bars = ax.bar(at, heights, 0.18, color=colour, label=label)
             ax.bar_label(bars, [percent(s) for s in shares], fontsize=7, padding=1)
         ax.set_yscale("log")

@@ -17,7 +17,7 @@ from twin.files import write_whole
 from twin.model import Motion, Twin
 from twin.view.chart import TALL, WIDE, Chart
 from twin.view.colours import FORCE, IDENTIFIED, LOCATED, MEASURED, REJECTED, TRUE, rgb
-from twin.view.diagnosis_words import markdown, place_words, printable
+from twin.view.diagnosis_words import markdown, place_words, printable, twin_words
 from twin.view.figures import unit_of
 from twin.view.force_reach import force_reach
 from twin.view.located import Region, regions, shares
@@ -38,7 +38,6 @@ TWINS = (
     ("3_extended", "explained", TRUE, 1.4),
 )
 """Entity, trace, colour and width, in the order in which they are drawn over one another."""
-SAID = {"explained": "extended"}
 
 MILLI = {"m": (1e3, "mm", "N"), "rad": (1e3, "mrad", "N m")}
 """Scale and units of a port's motion and force."""
@@ -152,7 +151,7 @@ def _log_signals(stream: rr.RecordingStream, trace: Trace, root: str) -> None:
         for entity, which, colour, width in TWINS:
             values = np.nan_to_num(getattr(trace, which)[:, column])
             name = f"{root}/signals/{channel}/{entity}"
-            said = SAID.get(which, which)
+            said = twin_words(which)
             log_line(stream, name, time, values, said, colour, width)
             if which != "measured":
                 name = f"{root}/residual/{channel}/{entity}"

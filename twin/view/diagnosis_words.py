@@ -118,6 +118,11 @@ def values(finding: Finding) -> list[tuple[str, str, str]]:
     ]
 
 
+def twin_words(which: str) -> str:
+    """Return "extended" for ``explained``, the attribute's name, and "noise floor"."""
+    return "extended" if which == "explained" else which.replace("_", " ")
+
+
 def percent(share: float) -> str:
     """Return a share in per cent with two or three digits."""
     if not math.isfinite(share):

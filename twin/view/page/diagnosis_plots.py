@@ -11,7 +11,14 @@ from twin.diagnosis.result import Detection, Diagnosis, Finding, ForcePicture, T
 from twin.mechanisms import vocabulary
 from twin.view.colours import GROUND, IDENTIFIED, LOCATED, MEASURED, REJECTED, SERIES, TRUE
 from twin.view.diagnosis_figures import WINDOW_S, channel_errors, telling, worst_channels
-from twin.view.diagnosis_words import p_value, percent, place_words, printable, probability
+from twin.view.diagnosis_words import (
+    p_value,
+    percent,
+    place_words,
+    printable,
+    probability,
+    twin_words,
+)
 from twin.view.figures import unit_of
 from twin.view.force_reach import force_reach
 from twin.view.page.blocks import Plot
@@ -212,11 +219,9 @@ def errors(diagnosis: Diagnosis) -> Plot:
             share = [getattr(e, kind) for e in (fits.train, fits.test)]
             heights = [100 * s if np.isfinite(s) and s > 0 else float("nan") for s in share]
             label = [percent(s) for s in share]
-            traces.append(
-                bars(heights, ["train", "test, unseen"], kind.replace("_", " "), colour, label)
-            )
+            traces.append(bars(heights, ["train", "test, unseen"], twin_words(kind), colour, label))
         panels.append(Panel(f"{title}: error [% of RMS]", traces, share=1.2, log=True))
-    keys = [(kind.replace("_", " "), colour) for kind, colour in kinds]
+    keys = [(twin_words(kind), colour) for kind, colour in kinds]
     return Plot(figure(panels, "", type="category"), "Errors of the twins, logarithmic.", keys)
 
 
