@@ -31,6 +31,7 @@ from twin.files import write_whole  # noqa: E402
 from twin.formats import read_recording  # noqa: E402
 from twin.model import Twin  # noqa: E402
 from twin.view.colours import IDENTIFIED, LOCATED, MEASURED, REJECTED, TRUE  # noqa: E402
+from twin.view.force_reach import force_reach  # noqa: E402
 
 WINDOW_S = 1.5
 SHOWN = 3000
@@ -73,7 +74,7 @@ def draw(found: Diagnosis, truth: dict[str, object]) -> Figure:
     _recording(before, trace, "calibrated", IDENTIFIED)
     before.set_title("1  an unseen recording: the best twin without the missing physics")
     _where(place, found)
-    place.set_title("2  the best explanation at each place, and what it gains")
+    place.set_title("2  the best explanation at each place")
     _force(law, found)
     law.set_title("3  the force that is missing, and the law found for it")
     _recording(after, trace, "explained", TRUE)
@@ -139,6 +140,9 @@ def _force(ax: Axes, found: Diagnosis) -> None:
             spread = 1.96 * picture.law_std
             ax.fill_between(grid, picture.law - spread, picture.law + spread, color=LOCATED,
                             alpha=0.3, lw=0, label="95 %")  # fmt: skip
+    # the filter sees one side only where a recording begins
+    if (reach := force_reach(picture)) is not None:
+        ax.set_ylim(*reach)
     ax.set_xlabel(f"drift of {picture.place} [mm]")
     ax.set_ylabel("force [N]")
     ax.grid(alpha=0.3)

@@ -1,4 +1,4 @@
-"""Where in a model a place is: the box around its port's elements, and its share of what is missing."""
+"""Where in a model a place is: the box around what moves there, its share of what is missing."""
 
 from __future__ import annotations
 
