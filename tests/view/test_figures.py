@@ -56,3 +56,9 @@ def test_a_figure_is_written_whole(identification, tmp_path):
     path = figures.save(figures.singular_values(identification), tmp_path / "s.png")
     assert path.read_bytes().startswith(b"\x89PNG")
     assert [p.name for p in tmp_path.iterdir()] == ["s.png"]
+
+
+def test_the_phase_of_a_mode_shape_has_one_writing():
+    assert [figures._degrees(v) for v in (1.0, -1.0, -1 - 1e-17j, 1j, 1 - 1e-9j, 0.0)] == [
+        0, 180, 180, 90, 0, 0,
+    ]  # fmt: skip

@@ -25,10 +25,10 @@ class Finding:
         mechanism: with its place and fitted values.
         std: standard deviation of every parameter; NaN where the data do not give one.
         probability: that it is this mechanism at this place and not one of the alternatives.
-        delta_bic: BIC above that of the best explanation (alternatives only).
-        delta_log_evidence: log odds over the best explanation [nat], negative (alternatives only).
-        explained: share of the missing force at its place that it accounts for, where it has one.
-        unexplained: share of it that is left to the discrepancy there.
+        delta_bic, delta_log_evidence: BIC above, and log odds over, the best explanation [nat]
+            (alternatives only).
+        explained, unexplained: share of the missing force at its place that it accounts for, and
+            that is left to the discrepancy there; None where no force is missing.
         gain: log odds over having nothing in its place [nat], where they are known.
     """
 
@@ -70,9 +70,7 @@ class Trace:
     """One recording beside the simulations of it.
 
     Attributes:
-        name: of the recording's file.
-        role: "train" or "test".
-        sampling_hz: samples per second.
+        name, role, sampling_hz: of the recording: its file, "train" or "test", samples per second.
         inputs, outputs: names of the channels; force: measured inputs, (samples, inputs).
         measured, nominal, calibrated, explained: outputs, (samples, outputs); free runs.
         explained_ahead: two seconds ahead from the state before each window, (samples, outputs).
@@ -117,11 +115,10 @@ class ForcePicture:
     """The force that is missing at one place against the motion there.
 
     Attributes:
-        place: a storey or a floor.
-        drift, rate: estimated drift (or displacement) [m] and its rate [m/s], (samples,).
+        place, drift, rate: a port, its estimated drift (or displacement) [m] and its rate [m/s], (samples,).
         latent: estimated missing force [N], (samples,).
-        law_drift: grid of drifts [m], (grid,).
-        law, law_std: the law's force there at zero rate and its deviation [N], (grid,), or None.
+        law_drift: grid of drifts [m], (grid,); law, law_std: the law's force there at zero rate and
+            its deviation [N], (grid,), or None.
         cycle: drift, force of the explained law along a piece of the motion, (samples, 2), or None.
         unit: of the motion, "m" or "rad"; the force is then in N or in N m.
         law_rate: grid of rates that ``law`` and ``law_std`` are over instead, (grid,), or None.
@@ -181,7 +178,7 @@ class Diagnosis(Presentable):
         next_experiment: what would separate the explanations, where they tie.
         negligible: mechanisms of the explanation whose effect is smaller than what is left.
         notes: what the reader should know (resampling, what MJCF cannot hold, ...).
-        seconds: that it took, and those of each step.
+        seconds, steps: that it took, and those of each step.
     """
 
     verdict: Verdict
@@ -221,7 +218,7 @@ class Diagnosis(Presentable):
 
     @property
     def place(self) -> str | None:
-        """The located place: that of the first finding."""
+        """Where the first finding is."""
         return self.findings[0].location if self.findings else None
 
 

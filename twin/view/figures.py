@@ -221,12 +221,14 @@ def modes(result: Identification) -> Figure:
                         ax.plot(path[:, 0], path[:, 1], color=colour, lw=width)
         for level, value in enumerate(mode.shape):
             ax.annotate(
-                f"{abs(value):.3f}, {np.degrees(np.angle(value)):+.0f}°",
-                (0, HEIGHT * level + 0.025), ha="center", fontsize=8, color="black",
+                f"{abs(value):.3f}, {_degrees(value)}°", (0.0, HEIGHT * level + 0.025),
+                ha="center", fontsize=8, color="black", zorder=9,
+                bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.0},
             )  # fmt: skip
         ax.set_title(
-            f"{mode.frequency_hz:.3f} Hz\n{100 * mode.damping_ratio:.3f} % damping", fontsize=10
-        )
+            f"{mode.frequency_hz:.3f} Hz\n{100 * mode.damping_ratio:.3f} % damping",
+            fontsize=10, pad=20,
+        )  # fmt: skip
         ax.set_aspect("equal")
         ax.set_xlim(-0.34, 0.34)
         ax.set_xticks([])
@@ -234,3 +236,9 @@ def modes(result: Identification) -> Figure:
         for spine in ax.spines.values():
             spine.set_visible(False)
     return figure
+
+
+def _degrees(value: complex) -> int:
+    """Return a phase in whole degrees, above -180 and up to 180; of nothing it is zero."""
+    turned = round(float(np.degrees(np.angle(value)))) if abs(value) else 0
+    return 180 if turned == -180 else turned

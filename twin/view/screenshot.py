@@ -81,7 +81,7 @@ def _show_one(client: Any, wanted: str) -> None:
         if views:
             break
         time.sleep(PAUSE_S)
-    names = [(view.name, f"/view/{view.view_id}") for view in views]
+    names = sorted((view.name, f"/view/{view.view_id}") for view in views)
     layout = client.get_blueprint().blueprint
     client.set_blueprint(one_view(layout, names, wanted), of="recording")
 
