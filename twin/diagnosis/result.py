@@ -115,7 +115,7 @@ class ForcePicture:
     """The force that is missing at one place against the motion there.
 
     Attributes:
-        place, drift, rate: a port, its estimated drift (or displacement) [m] and its rate [m/s], (samples,).
+        place, drift, rate: a port, its estimated drift [m] and rate [m/s], (samples,).
         latent: estimated missing force [N], (samples,).
         law_drift: grid of drifts [m], (grid,); law, law_std: the law's force there at zero rate and
             its deviation [N], (grid,), or None.
