@@ -10,11 +10,23 @@ import math
 
 from numba import njit
 
+from .near_laws import (
+    DAHL,
+    IWAN,
+    LUGRE,
+    SLIDERS,
+    bristle,
+    iwan_limit,
+    iwan_slider,
+    lugre_rate,
+    near,
+)
+
 LINEAR, COULOMB, POLYNOMIAL, BUMPER, CLEARANCE, BOUC_WEN, JENKINS, DRAG, DRIFTING = range(9)
 """Codes of the laws; parameters stand in the order of ``force``'s docstring."""
 
 TANH, SINE, EXPONENTIAL, MAGNET, BREATHING_GAP, MOVING_STOP, CROSS_AXIS = range(9, 16)
-"""The same, of laws that no vocabulary names."""
+"""The same, of laws that no vocabulary names; those of ``near_laws`` come behind."""
 
 WIDTH = 5
 """Places for the parameters of a law."""
@@ -51,11 +63,11 @@ def force(law, p, d, v, z, t):  # type: ignore[no-untyped-def]
         return p[0] * v * abs(v)
     if law == DRIFTING:
         return p[0] * p[1] * t * d
-    return unnamed(law, p, d, z, t)
+    return unnamed(law, p, d, v, z, t)
 
 
 @njit(cache=True)
-def unnamed(law, p, d, z, t):  # type: ignore[no-untyped-def]
+def unnamed(law, p, d, v, z, t):  # type: ignore[no-untyped-def]
     """Return the force [N] of the laws outside the vocabulary; see ``force``."""
     if law == TANH:
         return p[0] * p[1] * math.tanh(d / p[1])
@@ -73,12 +85,17 @@ def unnamed(law, p, d, z, t):  # type: ignore[no-untyped-def]
         return p[1] * (max(d - gap, 0.0) if p[0] > 0 else min(d - gap, 0.0))
     if law == CROSS_AXIS:
         return -2 * p[0] * d * z
-    return 0.0
+    return near(law, p, d, v, z)
 
 
 @njit(cache=True)
 def slip_rate(law, p, v, z):  # type: ignore[no-untyped-def]
-    """Return dz/dt [N/s] of Bouc and Wen: ks v (1 - |z/zy|^n (1 + sign(v z))/2)."""
+    """Return dz/dt of the bristles of LuGre [m/s], or of Bouc and Wen [N/s].
+
+    The latter: ks v (1 - |z/zy|^n (1 + sign(v z))/2).
+    """
+    if law == LUGRE:
+        return lugre_rate(p, v, z)
     if law != BOUC_WEN or v == 0.0:
         return 0.0
     if v * z <= 0.0:
@@ -90,3 +107,42 @@ def slip_rate(law, p, v, z):  # type: ignore[no-untyped-def]
 def slider(p, d, d0, z0):  # type: ignore[no-untyped-def]
     """Return Jenkins' inner force [N] after a monotone move from drift d0, inner force z0, to d."""
     return min(max(z0 + p[0] * (d - d0), -p[1]), p[1])
+
+
+@njit(cache=True)
+def inner(law, p, d, d0, y, before, first):  # type: ignore[no-untyped-def]
+    """Return the inner state that a law's force takes at drift ``d``, summed over its sliders.
+
+    Where its way is known (sliders, Dahl's bristles) that is exact for a monotone move from drift
+    ``d0`` and the state ``before``; else it is part of the state ``y``, at ``first``.
+    """
+    if law == JENKINS:
+        return slider(p, d, d0, before[first])
+    if law == DAHL:
+        return bristle(p, d, d0, before[first])
+    if law == IWAN:
+        total = 0.0
+        for i in range(SLIDERS):
+            total += iwan_slider(p, i, d, d0, before[first + i])
+        return total
+    return y[first]
+
+
+@njit(cache=True)
+def settle(law, p, d, d0, y, before, first):  # type: ignore[no-untyped-def]
+    """Set the inner state at the end of a step, where its way is known; see ``inner``."""
+    if law in (JENKINS, DAHL):
+        y[first] = inner(law, p, d, d0, y, before, first)
+    elif law == IWAN:
+        for i in range(SLIDERS):
+            y[first + i] = iwan_slider(p, i, d, d0, before[first + i])
+
+
+@njit(cache=True)
+def inner_limit(law, p, i):  # type: ignore[no-untyped-def]
+    """Return how far the i-th inner state of a law can go, from 0."""
+    if law == IWAN:
+        return iwan_limit(p, i)
+    if law == LUGRE:
+        return p[3] / p[0]
+    return p[1]

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from . import laws
+from . import laws, near_laws
 from .rig import Array, Rig, System, enlarged, linear_system
 
 STOREY = (
@@ -39,6 +39,28 @@ UNNAMED = {
     "cross_axis": (laws.CROSS_AXIS, ("coupling",)),
 }
 """Effects outside the vocabulary: law, and the names of its parameters in their order."""
+
+NEAR = {
+    "stribeck_friction": (near_laws.STRIBECK, ("breakaway", "force", "velocity")),
+    "smooth_friction": (near_laws.SMOOTH, ("force", "velocity")),
+    "dahl_friction": (near_laws.DAHL, ("stiffness", "force")),
+    "lugre_friction": (
+        near_laws.LUGRE, ("stiffness", "damping", "force", "breakaway", "velocity"),
+    ),
+    "damped_bumper": (near_laws.HUNT_CROSSLEY, ("gap", "stiffness", "damping")),
+    "hertz_bumper": (near_laws.HERTZ, ("gap", "stiffness")),
+    "power_spring": (near_laws.POWER, ("stiffness", "exponent")),
+    "iwan_slip": (near_laws.IWAN, ("stiffness", "yield_force", "exponent")),
+}  # fmt: skip
+"""The same, of effects whose law is nearly that of a name of the vocabulary."""
+
+NEAREST = {
+    "stribeck_friction": "coulomb_friction", "smooth_friction": "coulomb_friction",
+    "dahl_friction": "coulomb_friction", "lugre_friction": "coulomb_friction",
+    "damped_bumper": "bumper", "hertz_bumper": "bumper", "power_spring": "cubic_stiffness",
+    "iwan_slip": "hysteresis",
+}  # fmt: skip
+"""The name of the vocabulary that is nearest."""
 
 VERDICT = {
     "none": "consistent", "stiffness": "parameter", "damping": "parameter", "mass": "parameter",
@@ -156,8 +178,8 @@ def law_of(rig: Rig, mechanism: Mechanism) -> tuple[int, list[float]]:
         return laws.DRIFTING, [rig.stiffnesses[m.index], m["rate"]]
     if m.name == "quadratic_drag":
         return laws.DRAG, [m["coefficient"]]
-    if m.name in UNNAMED:
-        code, names = UNNAMED[m.name]
+    if m.name in UNNAMED or m.name in NEAR:
+        code, names = {**UNNAMED, **NEAR}[m.name]
         return code, [m[name] for name in names]
     return laws.LINEAR, []
 

@@ -10,7 +10,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from .integrator import advance, observe, starting_mode
+from .integrator import WORK, across, observe, parts_of, starting_mode
+from .laws import inner_limit
 from .rig import System
 
 Array = NDArray[np.float64]
@@ -19,20 +20,20 @@ SMALLEST = 1e-9
 
 
 @njit(cache=True)
-def _propagate(y, t, h, forces, first, steps, work, system):  # type: ignore[no-untyped-def]
+def _propagate(y, t, h, parts, forces, first, steps, work, system):  # type: ignore[no-untyped-def]
     mode = starting_mode(y, system)
     for s in range(steps):
-        here = forces[first + s]
-        mode = advance(y, t + s * h, h, here, forces[first + s + 1], work, system, mode)
+        here, there = forces[first + s], forces[first + s + 1]
+        mode = across(y, t + s * h, h, parts, here, there, work, system, mode)
 
 
 @njit(cache=True)
-def _filter(forces, steps, h, measured, variance, T, Q, P, start, system):  # type: ignore[no-untyped-def]
+def _filter(forces, steps, h, parts, measured, variance, T, Q, P, start, system):  # type: ignore[no-untyped-def]
     samples, channels = measured.shape
     n = len(system[0])
-    size = 2 * n + 1
+    size = len(start)
     floors = system[5].shape[0]
-    work = np.zeros((10, size))
+    work = np.zeros((WORK, size))
     x = start.copy()
     before = np.empty((samples, size))
     up, down, seen = np.empty(size), np.empty(size), np.empty(floors)
@@ -57,8 +58,9 @@ def _filter(forces, steps, h, measured, variance, T, Q, P, start, system):  # ty
         x = x + gain @ (measured[k] - T @ seen)
         P = P - gain @ PH.T
         if system[7] >= 0:
-            yielding = system[4][system[7], 1]
-            x[size - 1] = min(max(x[size - 1], -yielding), yielding)
+            for i in range(2 * n, size):
+                most = inner_limit(system[3][system[7], 0], system[4][system[7]], i - 2 * n)
+                x[i] = min(max(x[i], -most), most)
         if k == samples - 1:
             break
         for i in range(size):
@@ -67,10 +69,10 @@ def _filter(forces, steps, h, measured, variance, T, Q, P, start, system):  # ty
             down[:] = x
             up[i] += e
             down[i] -= e
-            _propagate(up, t, h, forces, k * steps, steps, work, system)
-            _propagate(down, t, h, forces, k * steps, steps, work, system)
+            _propagate(up, t, h, parts, forces, k * steps, steps, work, system)
+            _propagate(down, t, h, parts, forces, k * steps, steps, work, system)
             F[:, i] = (up - down) / (2 * e)
-        _propagate(x, t, h, forces, k * steps, steps, work, system)
+        _propagate(x, t, h, parts, forces, k * steps, steps, work, system)
         P = F @ P @ F.T + Q
         P = 0.5 * (P + P.T)
     return before
@@ -87,7 +89,7 @@ def states_before(
     process: Array,
     initial: Array,
 ) -> Array:
-    """Return the state before each sample, from the samples before it, (samples, 2 n + 1).
+    """Return the state before each sample, from the samples before it, (samples, size).
 
     Args:
         system: the true model.
@@ -100,9 +102,9 @@ def states_before(
         process: variance that one sampling interval adds to each state.
         initial: variance of each state at the start, which is rest.
     """
-    start = np.zeros(2 * len(system.mass) + 1)
+    start, parts = np.zeros(system.size), parts_of(system, step)
     before: Array = _filter(
-        np.ascontiguousarray(forces), steps, step, np.ascontiguousarray(measured),
+        np.ascontiguousarray(forces), steps, step, parts, np.ascontiguousarray(measured),
         np.ascontiguousarray(variance), seen_by, np.diag(process), np.diag(initial), start,
         tuple(system),
     )  # fmt: skip

@@ -20,6 +20,7 @@ from twin.recording import Recording
 from .case import Case, from_truth
 from .chain import Chain, at_sensor, delayed, highpass
 from .integrator import simulate
+from .laws import inner_limit
 from .mechanisms import build
 from .motions import loads
 from .observer import states_before
@@ -213,17 +214,19 @@ def _states(
         at = case.recorded.index(clipping.index + 1)
         lost = np.abs(measured[:, at]) >= CLIPPED * clipping["level"]
         variance[lost, at] *= UNKNOWN
-    process, initial = np.zeros((2, 2 * n + 1))
+    process, initial = np.zeros((2, system.size))
     process[n : 2 * n] = (1e-3 * interval * np.sqrt(np.mean(measured**2))) ** 2
     process[n : 2 * n] += (interval * pushed) ** 2
     initial[: 2 * n] = 1e-16
-    unknown, slipping = case.has("unmeasured_force"), case.has("hysteresis")
+    unknown = case.has("unmeasured_force")
     if unknown is not None:
         omega, last, rms = 2 * np.pi * unknown["frequency"], n - 1, unknown["rms"]
         initial[last], initial[n + last] = rms**2, (omega * rms) ** 2
         process[n + last] = 4 * DAMPED[unknown.form] * omega**3 * rms**2 * interval
-    if slipping is not None:
-        process[2 * n] = (1e-4 * slipping["yield_force"]) ** 2
+    if system.slip >= 0:
+        code, parameters = system.laws[system.slip, 0], system.parameters[system.slip]
+        most = [inner_limit(code, parameters, i) for i in range(system.inner)]
+        process[2 * n :] = (1e-4 * np.array(most)) ** 2
     stride = STEPS // FILTER_STEPS
     step = interval / FILTER_STEPS
     return states_before(

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from .laws import BOUC_WEN, COULOMB, JENKINS, WIDTH
+from .near_laws import DAHL, IWAN, LUGRE, SLIDERS, STRIBECK, fastest_of
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -106,13 +107,16 @@ class System(NamedTuple):
         stiffness: (n, n) [N/m].
         damping: (n, n) [N s/m].
         laws: (laws, 3): code, the degree of freedom that the law pulls back, and the one that it
-            pulls along, -1 for the fixed ground; at most one dry friction and one that slips.
+            pulls along, -1 for the fixed ground; at most one dry friction and one
+            with inner states.
         parameters: of the laws, (laws, ``WIDTH``).
         seen: (floors, n): what accelerometers see of the displacements on top of the floors'
             accelerations (a ground acceleration that is kept as a degree of freedom).
         friction: which of the laws is dry friction, -1 for none.
-        slip: which has the inner force, the state after displacements and velocities.
+        slip: which has inner states, behind displacements and velocities.
         aside: the degree of freedom of another axis that a CROSS_AXIS law is coupled to.
+        inner: number of inner states.
+        fastest: rate at which the fastest of the laws relaxes [1/s]; 0 where the grid follows.
     """
 
     mass: Array
@@ -124,18 +128,28 @@ class System(NamedTuple):
     friction: int = -1
     slip: int = -1
     aside: int = -1
+    inner: int = 1
+    fastest: float = 0.0
 
     def with_law(self, code: int, parameters: list[float], top: int, bottom: int) -> System:
         """Return the system with one more law between two degrees of freedom."""
         row = np.zeros((1, WIDTH))
         row[0, : len(parameters)] = parameters
         count = len(self.laws)
+        inverse = 1 / self.mass[top] + (1 / self.mass[bottom] if bottom >= 0 else 0.0)
         return self._replace(
             laws=np.vstack([self.laws, [[code, top, bottom]]]),
             parameters=np.vstack([self.parameters, row]),
-            friction=count if code == COULOMB else self.friction,
-            slip=count if code in (BOUC_WEN, JENKINS) else self.slip,
+            friction=count if code in (COULOMB, STRIBECK) else self.friction,
+            slip=count if code in (BOUC_WEN, JENKINS, DAHL, LUGRE, IWAN) else self.slip,
+            inner=SLIDERS if code == IWAN else self.inner,
+            fastest=max(self.fastest, fastest_of(code, parameters, float(inverse))),
         )
+
+    @property
+    def size(self) -> int:
+        """Number of states."""
+        return 2 * len(self.mass) + self.inner
 
     @property
     def floors(self) -> int:
