@@ -35,7 +35,7 @@ from twin.files import folder, write_whole  # noqa: E402
 DPI = 110
 TEMPLATE = "proof.md.j2"
 GUARD_TEST = ROOT / "tests" / "experiments" / "test_concealed_guard.py"
-AIMS = {"single": 0.97, "pairs": 0.85, "absorbed": 0.88, "outside": 0.88, "none": 1.0}
+AIMS = {"single": 0.97, "pairs": 0.85, "absorbed": 0.88, "outside": 0.88, "near": 0.9, "none": 1.0}
 """Shares of right answers that were set before the campaign."""
 
 ABOUT = {
@@ -44,6 +44,10 @@ ABOUT = {
     "absorbed": ("one effect that calibration can swallow", "mechanism and place first"),
     "pairs": ("two effects at once", "both among the findings"),
     "outside": ("a law that no name of the vocabulary fits", "`unexplained`, at its place"),
+    "near": (
+        "a law that is nearly one of the vocabulary",
+        "nearest name and place first, or `unexplained` there",
+    ),
     "one_sensor": ("one effect, a single accelerometer", "mechanism and place first"),
     "ground": ("one effect, only the ground shaken", "mechanism and place first"),
     "three_storeys": ("one effect in three storeys", "mechanism and place first"),
@@ -140,6 +144,7 @@ def _facts(
             for i, c in enumerate(document["campaigns"], 1)
         ],
         "right": _right(tables),
+        "near": _near(tables["near"]) if "near" in tables else None,
         "misses": [_miss(m) for m in summary["misses"] if m["table"] != "none"],
         "alarms": _alarms(alarms, [m for m in summary["misses"] if m["table"] == "none"]),
         "fits": _fits(summary),
@@ -193,6 +198,19 @@ def _right(tables: dict[str, Any]) -> dict[str, Any]:
         for name, of in tables.items()
     ]  # fmt: skip
     return {"columns": columns, "rows": rows}
+
+
+def _near(of: dict[str, Any]) -> dict[str, Any]:
+    """Return what was said of the laws that are nearly in the vocabulary."""
+    rows = [
+        [asked, *_counted(of[key]), between(of[key]) if of[key]["of"] else "-", aim]
+        for asked, key, aim in (
+            ("nearest name and place first, or `unexplained` there", "right", "at least 90 %"),
+            ("something else named besides", "spurious", "at most 5 %"),
+            ("share explained within 10 points of the true one", "share_near", "-"),
+        )
+    ]
+    return {"columns": ["What was asked", "Cases", "Share", "95 % interval", "Aim"], "rows": rows}
 
 
 def _fits(summary: dict[str, Any]) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from .drawing import TRIES, conceal
 from .frames import nominal_of, write_model
 from .mechanisms import Mechanism
 from .motions import motion
+from .nearest import explained_share, port_of
 from .plans import Test, draw_plan, on_ground
 from .rig import Array, Rig
 from .seal import seal
@@ -164,6 +165,10 @@ def generate(
         runs = [moved(case, test) for test in case.plan]
         if all(np.all(np.isfinite(seen)) for _, seen, _ in runs):
             break
+    if table == "near":
+        port = port_of(case.rig, case.mechanism, case.training, runs[: len(case.training)])
+        share = explained_share(case.mechanism, port)
+        case = replace(case, evidence=(*case.evidence, ("explained", share)))
     for test, (drive, seen, _) in zip(case.plan, runs, strict=True):
         recording = measure(case.chain, test, drive, seen, case.effects, case.recorded, rng)
         write_recording(recording, folder / case.name / f"{test.name}.csv")

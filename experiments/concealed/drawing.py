@@ -8,7 +8,7 @@ import numpy as np
 
 from twin.errors import TwinError
 
-from . import absorbed, outside, pairs
+from . import absorbed, near, outside, pairs
 from .chain import Chain
 from .concealed import Concealed
 from .distinct import evidence
@@ -50,7 +50,10 @@ def conceal(
     if not combination:
         return Concealed()
     rehearsal = Rehearsal.of(rig, tests, chain, recorded)
-    rules = {"absorbed": absorbed.draw_one, "outside": outside.draw_one, "pairs": pairs.draw_two}
+    rules = {
+        "absorbed": absorbed.draw_one, "outside": outside.draw_one, "near": near.draw_one,
+        "pairs": pairs.draw_two,
+    }  # fmt: skip
     found = rules.get(table, draw_one)(rng, combination, rehearsal)
     if found is None:
         what = " and ".join(f"{m} at {place}" for m, place in combination)

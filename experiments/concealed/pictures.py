@@ -31,6 +31,13 @@ def show(console: Console, summary: dict[str, Any]) -> None:
         "error: of the strength; free, ahead: explained error over the true model's on unseen "
         "recordings; medians"
     )
+    if "near" in summary["tables"]:
+        of = summary["tables"]["near"]
+        console.print(
+            f"laws nearly in the vocabulary: something else named besides in "
+            f"{of['spurious']['count']} of {of['spurious']['of']}, share explained stated within "
+            f"10 points in {of['share_near']['count']} of {of['share_near']['of']}"
+        )
     if "none" in summary["tables"]:
         alarms = summary["tables"]["none"]["false_alarm"]
         console.print(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from .mechanisms import MAIN, VERDICT
+from .mechanisms import MAIN, NEAREST, VERDICT
 
 UNNAMED = "restoring_force"
 """The generic law, which is the right answer where no name of the vocabulary is."""
@@ -31,6 +31,8 @@ def score(
         right: the question of the case's table. One effect: the first finding has its mechanism
             and place. Two: both are among the findings. None: nothing is found. Outside the
             vocabulary: verdict "unexplained", first finding the generic law at the right place.
+            Nearly in it: the first finding has the nearest name and the place, or the verdict is
+            "unexplained" and the generic law is found at the place.
         first_right: the first finding is (one of) the effect(s).
         mechanism_right, place_right: of the first finding; of nothing, where nothing is concealed.
         verdict_right, false_alarm.
@@ -44,14 +46,16 @@ def score(
         explained_over_calibrated, explained_over_calibrated_ahead.
         improved: the explained error, running free, is below the calibrated.
         ahead_not_worse: two seconds ahead it is at most the calibrated. None: no number.
+        explained_share, share_error: stated of the effect's finding, and how far from the truth; of
+            what is nearly in the vocabulary. None: not stated.
         stated: [probability, right] of all findings and alternatives, in their order.
         probability (of the first finding), seconds, found (what was named first), named (all).
     """
     diagnosis = by_one_name(diagnosis, truth.get("alike", {}))
     findings = diagnosis.get("findings", [])
     effects = effects_of(truth)
-    wanted = [_wanted(truth, effect) for effect in effects]
     named = [pair_of(finding) for finding in findings]
+    wanted = [_wanted(truth, effect, diagnosis, named) for effect in effects]
     first = named[0] if named else ("none", "")
     quiet = diagnosis.get("verdict") == "consistent" and not findings
     verdict_right = diagnosis.get("verdict") == _verdict(truth)
@@ -61,6 +65,9 @@ def score(
     right = set(wanted) <= set(named) if len(wanted) > 1 else first_right
     if truth.get("table") == "outside":
         right = right and verdict_right
+    if truth.get("table") == "near":
+        right = first_right or (wanted[0][0] == UNNAMED and wanted[0] in named)
+        verdict_right = verdict_right or diagnosis.get("verdict") == "unexplained"
     errors = [_parameter_errors(e, f) for e, f in _matched(effects, wanted, findings)]
     mains = [
         error[MAIN.get(effect["mechanism"], "")]
@@ -87,6 +94,7 @@ def score(
         "explained_over_calibrated_ahead": ahead,
         "improved": free is not None and free < 1,
         "ahead_not_worse": None if ahead is None else ahead <= SAME,
+        **_explained(truth, wanted, findings),
         "stated": _stated(wanted, diagnosis),
         "false_alarm": not effects and not quiet,
         "probability": findings[0]["probability"] if findings else None,
@@ -129,10 +137,27 @@ def words(pair: Pair) -> str:
     return " ".join(pair).strip()
 
 
-def _wanted(truth: Mapping[str, Any], effect: Mapping[str, Any]) -> Pair:
-    """Return what the diagnosis should say of an effect."""
+def _wanted(
+    truth: Mapping[str, Any], effect: Mapping[str, Any], diagnosis: Mapping[str, Any],
+    named: list[Pair],
+) -> Pair:  # fmt: skip
+    """Return what the diagnosis should say of an effect; of a near law, which of two it says."""
     mechanism, place = pair_of(effect)
+    if truth.get("table") == "near":
+        generic = diagnosis.get("verdict") == "unexplained" and (UNNAMED, place) in named
+        return (UNNAMED if generic else NEAREST[mechanism]), place
     return (UNNAMED if truth.get("table") == "outside" else mechanism), place
+
+
+def _explained(
+    truth: Mapping[str, Any], wanted: list[Pair], findings: list[dict[str, Any]]
+) -> dict[str, float | None]:
+    """Return the share of the missing force that is said to be explained, and its error."""
+    true = truth.get("evidence", {}).get("explained")
+    stated = [f.get("explained") for f in findings if pair_of(f) in wanted]
+    if true is None or not stated or stated[0] is None:
+        return {"explained_share": None, "share_error": None}
+    return {"explained_share": stated[0], "share_error": abs(stated[0] - true)}
 
 
 def _verdict(truth: Mapping[str, Any]) -> str:

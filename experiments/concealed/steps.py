@@ -35,7 +35,7 @@ STARTING = ("twin.diagnosis.pipeline",)
 KEPT = ("verdict", "findings", "alternatives", "fit", "fit_ahead", "seconds", "error", "made_with")
 SEEN = (
     "table", "model", "effects", "expected", "mechanism", "location", "parameters", "form",
-    "noise", "style", "effect_over_noise",
+    "noise", "style", "effect_over_noise", "evidence",
 )  # fmt: skip
 
 

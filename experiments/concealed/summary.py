@@ -22,6 +22,9 @@ MEDIANS = (
     "noise_floor_over_true", "noise_floor_over_true_ahead", "seconds",
 )  # fmt: skip
 
+WITHIN = 0.1
+"""How far a stated share may be from the true one."""
+
 
 def summarise(results: Mapping[str, dict[str, Any]]) -> dict[str, Any]:
     """Return the numbers of a campaign.
@@ -66,15 +69,19 @@ def summarise(results: Mapping[str, dict[str, Any]]) -> dict[str, Any]:
 def numbers_of(scores: list[dict[str, Any]]) -> dict[str, Any]:
     """Return shares with intervals, and medians, of some scores.
 
-    ``alone`` is the share of cases in which nothing but the truth was named; ``ahead_not_worse``
-    is of those that have the number.
+    ``alone`` is the share of cases in which nothing but the truth was named, ``spurious`` that in
+    which something else was; ``ahead_not_worse`` and ``share_near`` (the share explained is stated
+    within ``WITHIN``) are of those that have the number.
     """
     ahead = [s["ahead_not_worse"] for s in scores if s["ahead_not_worse"] is not None]
+    apart = [s.get("share_error") for s in scores]
     return {
         "cases": len(scores),
         **{key: share(s[key] for s in scores) for key in SHARES},
         "alone": share(s["right"] and not s["besides"] for s in scores),
+        "spurious": share(s["besides"] for s in scores),
         "ahead_not_worse": share(ahead),
+        "share_near": share(error <= WITHIN for error in apart if error is not None),
         **{key: median(s[key] for s in scores) for key in MEDIANS},
     }
 

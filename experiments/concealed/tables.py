@@ -6,11 +6,11 @@ from zlib import crc32
 
 import numpy as np
 
-from .mechanisms import UNNAMED, VERDICT, Mechanism, places
+from .mechanisms import NEAR, UNNAMED, VERDICT, Mechanism, places
 
 TABLES = (
-    "single", "none", "absorbed", "pairs", "outside", "one_sensor", "ground", "three_storeys",
-    "five_storeys",
+    "single", "none", "absorbed", "pairs", "outside", "near", "one_sensor", "ground",
+    "three_storeys", "five_storeys",
 )  # fmt: skip
 """Names of the chain's tables."""
 
@@ -70,8 +70,9 @@ def combinations(table: str, storeys: int = 2) -> tuple[Combination, ...]:
     if table == "absorbed":
         every = [pair for pair in places(storeys)
                  if pair[0] in ABSORBED and pair not in NOT_ABSORBED]  # fmt: skip
-    elif table == "outside":
-        every = [(name, f"storey{i + 1}") for name in UNNAMED for i in range(storeys)]
+    elif table in ("outside", "near"):
+        names = UNNAMED if table == "outside" else NEAR
+        every = [(name, f"storey{i + 1}") for name in names for i in range(storeys)]
     elif table == "one_sensor":
         every = [pair for pair in places(storeys) if pair[0] != "sensor_swap"]
     elif table == "ground":

@@ -111,6 +111,26 @@ def test_the_page_tells_rates_misses_and_commands(campaign, tmp_path):
         assert (tmp_path / "docs" / "proof" / f"{name}.png").stat().st_size > 2000
 
 
+def test_laws_that_are_nearly_in_the_vocabulary_have_a_table_where_there_are_some(
+    campaign, tmp_path
+):
+    results = tmp_path / "results"
+    results.mkdir()
+    document = condense_campaign.condensed([campaign])
+    (results / "concealed.json").write_text(condense_campaign.as_text(document))
+    title = "### Laws that are nearly in the vocabulary"
+    assert title not in proof_page.write_page(results, tmp_path / "docs").read_text()
+    dahl = result("near", [("dahl_friction", "storey1")], [FRICTION, CUBIC], 0.9, "missing_physics")
+    dahl["truth"]["evidence"] = {"explained": 0.8}
+    dahl["diagnosis"]["findings"][0]["explained"] = 0.75
+    document["rows"].append(condense_campaign.row("near_0001", "0", dahl))
+    (results / "concealed.json").write_text(condense_campaign.as_text(document))
+    page = proof_page.write_page(results, tmp_path / "docs").read_text()
+    assert title in page
+    assert "| something else named besides | 1 of 1 |" in page
+    assert "| share explained within 10 points of the true one | 1 of 1 |" in page
+
+
 def test_the_page_points_from_what_foresaw_worse_to_what_is_said_of_it_now(campaign, tmp_path):
     results = tmp_path / "results"
     results.mkdir()
