@@ -1,18 +1,23 @@
-"""Instruments that misbehave on a sound structure: is one of them taken for missing physics?
+"""Instruments that misbehave: is one of them taken for missing physics, or does it hide it?
 
-Rigs with nothing concealed, simulated by the proof's own integrator; on their recordings each of
-fourteen nuisances at three strengths, alone. Right is: no structural finding. Named is: the channel
-that has it is among the findings.
+Rigs simulated by the proof's own integrator; on their training recordings each of fourteen
+nuisances at three strengths, alone. Nothing is concealed, and right is: no structural finding;
+named is: the channel that has it is among the findings. Or, with --effect, one structural effect of
+the table ``single`` is, all mechanisms and places in turn, and right is: the first structural
+finding has its mechanism and place; spurious is any structural finding besides.
 
-    python -m experiments.nuisances --out nuisances --strength 1 --only hum --only drift
+    python -m experiments.nuisances --draws 2 --to experiments/results/nuisances.json
+    python -m experiments.nuisances --draws 2 --effect --strength 1 --only hum
 
-Resumable: the folder keeps what is done. Prints a table.
+84 cases each in two draws. Resumable: the folder of --out keeps what is done. Prints a table; --to
+writes the results beside those of the other kind that the file holds, for ``proof_page.py``.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Mapping
+import json
+from collections.abc import Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from multiprocessing import get_context
@@ -20,193 +25,85 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.signal import bilinear, lfilter
 
 import twin
-from experiments.concealed.case import generate
+from experiments.concealed.case import case_name, generate
+from experiments.concealed.tables import combination_of
+from experiments.concealed.versions import versions
+from experiments.instrument_faults import NUISANCES, STRENGTHS, Setting
 from twin.campaign import campaign
 from twin.diagnosis.pipeline import diagnose
+from twin.files import write_whole
 from twin.recording import Recording
 
-Array = NDArray[np.float64]
-Columns = dict[str, Array]
-STRENGTHS = (0.3, 1.0, 3.0)
 MODEL = "two_storey_lumped"
 SEED = 5100
-
-
-@dataclass(frozen=True)
-class Setting:
-    """What a nuisance is made with.
-
-    Attributes:
-        strength: 1 is what a laboratory would notice afterwards.
-        rate: samples per second.
-        rng: of its draws.
-    """
-
-    strength: float
-    rate: float
-    rng: np.random.Generator
-
-
-def rms(x: Array) -> float:
-    """Return the root mean square."""
-    return float(np.sqrt(np.mean(x**2)))
-
-
-def hum(c: Columns, s: Setting) -> Columns:
-    """50 Hz on both accelerometers, 3 % of RMS."""
-    return _both(c, lambda x: 0.03 * s.strength * rms(x) * np.sqrt(2) * np.sin(
-        2 * np.pi * 50 * np.arange(len(x)) / s.rate + s.rng.uniform(0, 6)))  # fmt: skip
-
-
-def pink(c: Columns, s: Setting) -> Columns:
-    """1/f noise on both accelerometers, 2 % of RMS."""
-
-    def noise(x: Array) -> Array:
-        spectrum = np.fft.rfft(s.rng.standard_normal(len(x)))
-        spectrum[1:] /= np.sqrt(np.arange(1, len(spectrum)))
-        spectrum[0] = 0
-        slow = np.fft.irfft(spectrum, len(x))
-        return np.asarray(0.02 * s.strength * rms(x) * slow / rms(slow))
-
-    return _both(c, noise)
-
-
-def bend(c: Columns, s: Setting) -> Columns:
-    """Baselines that bend by a fifth of RMS over a recording."""
-    return _both(c, lambda x: 0.2 * s.strength * rms(x) * (
-        4 * (np.arange(len(x)) / len(x) - 0.5) ** 2 - 1 / 3))  # fmt: skip
-
-
-def crosstalk(c: Columns, s: Setting) -> Columns:
-    """2 % of each accelerometer in the other."""
-    a, b, share = c["acc_floor1"], c["acc_floor2"], 0.02 * s.strength
-    return c | {"acc_floor1": a + share * b, "acc_floor2": b + share * a}
-
-
-def dropout(c: Columns, s: Setting) -> Columns:
-    """Twenty samples held in each channel."""
-
-    def held(x: Array) -> Array:
-        out, length = x.copy(), max(round(20 * s.strength), 3)
-        first = int(s.rng.integers(len(x) // 4, len(x) // 2))
-        out[first : first + length] = out[first]
-        return out
-
-    return {n: held(x) if n.startswith("acc") else x for n, x in c.items()}
-
-
-def quantised(c: Columns, s: Setting) -> Columns:
-    """Seven bits over the range of the recording."""
-
-    def coarse(x: Array) -> Array:
-        step = 2 * np.max(np.abs(x)) / 2**7 * s.strength
-        return np.asarray(step * np.round(x / step))
-
-    return {n: coarse(x) if n.startswith("acc") else x for n, x in c.items()}
-
-
-def spikes(c: Columns, s: Setting) -> Columns:
-    """Twelve spikes a channel, of three times its RMS."""
-
-    def crackle(x: Array) -> Array:
-        out = np.zeros(len(x))
-        at = s.rng.choice(len(x) - 2, 12, replace=False) + 1
-        out[at] = 3 * s.strength * rms(x) * s.rng.choice([-1.0, 1.0], 12)
-        return out
-
-    return _both(c, crackle)
-
-
-def resonance(c: Columns, s: Setting) -> Columns:
-    """A loosely mounted sensor at floor 2, which resonates at 60 Hz or above."""
-    w, zeta = 2 * np.pi * 60 / np.sqrt(s.strength), 0.03
-    b, a = bilinear([2 * zeta * w, w**2], [1, 2 * zeta * w, w**2], s.rate)
-    return c | {"acc_floor2": np.asarray(lfilter(b, a, c["acc_floor2"]))}
-
-
-def offset(c: Columns, s: Setting) -> Columns:
-    """A constant of a fifth of RMS on floor 1."""
-    return c | {"acc_floor1": c["acc_floor1"] + 0.2 * s.strength * rms(c["acc_floor1"])}
-
-
-def gain(c: Columns, s: Setting) -> Columns:
-    """An accelerometer calibrated 3 % off."""
-    return c | {"acc_floor2": c["acc_floor2"] * (1 + 0.03 * s.strength)}
-
-
-def late(c: Columns, s: Setting) -> Columns:
-    """A channel half a millisecond late."""
-    x = c["acc_floor1"]
-    f = np.fft.rfftfreq(2 * len(x), 1 / s.rate)
-    turned = np.fft.rfft(x, 2 * len(x)) * np.exp(-2j * np.pi * f * 5e-4 * s.strength)
-    return c | {"acc_floor1": np.fft.irfft(turned, 2 * len(x))[: len(x)]}
-
-
-def saturated(c: Columns, s: Setting) -> Columns:
-    """A range that ends at 2.5 RMS of floor 1."""
-    level = 2.5 * rms(c["acc_floor1"]) / s.strength**0.3
-    return c | {"acc_floor1": np.clip(c["acc_floor1"], -level, level)}
-
-
-def dead(c: Columns, s: Setting) -> Columns:
-    """A cable that comes off for the last tenth of a recording."""
-    out = c["acc_floor2"].copy()
-    first = round(len(out) * (1 - 0.1 * s.strength))
-    out[first:] = out[first]
-    return c | {"acc_floor2": out}
-
-
-def wandering(c: Columns, s: Setting) -> Columns:
-    """A random walk on floor 2 that comes to a tenth of RMS."""
-    x = c["acc_floor2"]
-    walk = np.cumsum(s.rng.standard_normal(len(x))) / np.sqrt(len(x))
-    return c | {"acc_floor2": x + 0.1 * s.strength * rms(x) * walk}
-
-
-NUISANCES: dict[str, tuple[Callable[[Columns, Setting], Columns], tuple[str, ...]]] = {
-    "hum": (hum, ("acc_floor1", "acc_floor2")),
-    "pink noise": (pink, ("acc_floor1", "acc_floor2")),
-    "bent baseline": (bend, ("acc_floor1", "acc_floor2")),
-    "crosstalk": (crosstalk, ("acc_floor1", "acc_floor2")),
-    "dropout": (dropout, ("acc_floor1", "acc_floor2")),
-    "quantisation": (quantised, ("acc_floor1", "acc_floor2")),
-    "spikes": (spikes, ("acc_floor1", "acc_floor2")),
-    "resonance": (resonance, ("acc_floor2",)),
-    "offset": (offset, ("acc_floor1",)),
-    "gain": (gain, ("acc_floor2",)),
-    "late": (late, ("acc_floor1",)),
-    "saturation": (saturated, ("acc_floor1",)),
-    "dead tail": (dead, ("acc_floor2",)),
-    "random walk": (wandering, ("acc_floor2",)),
-}
-"""What is wrong, and the channels that have it."""
-
-
-def _both(c: Columns, added: Callable[[Array], Array]) -> Columns:
-    return {n: x + added(x) if n.startswith("acc") else x for n, x in c.items()}
+MEASURED = "measurement"
+"""Verdict of the mechanisms that are an instrument's."""
 
 
 @dataclass(frozen=True)
 class Task:
-    """One nuisance at one strength."""
+    """One nuisance at one strength.
+
+    Attributes:
+        name: of the nuisance.
+        strength: of it.
+        number: of the case.
+        folder: that keeps recordings and truths.
+        table: of the case: "none", or "single" where an effect is concealed.
+    """
 
     name: str
     strength: float
     number: int
     folder: Path
+    table: str = "none"
+
+
+def tasks(
+    names: list[str], strengths: list[float], draws: int, folder: Path, effect: bool
+) -> dict[str, Task]:
+    """Return the cases by name; the number of each does not depend on what else is asked for.
+
+    Every case with an effect has one of its own; the strengths share a sound rig.
+    """
+    every, found = list(NUISANCES), {}
+    for draw in range(draws):
+        for name in names:
+            for strength in strengths:
+                number = draw * len(every) + every.index(name)
+                if effect:
+                    turn = number * len(STRENGTHS) + STRENGTHS.index(strength)
+                    number = structural_number(turn)
+                else:
+                    number += 1
+                key = f"{name}, {strength:g}" + (f", draw {draw + 1}" if draw else "")
+                found[key] = Task(name, strength, number, folder, "single" if effect else "none")
+    return found
+
+
+def structural_number(turn: int) -> int:
+    """Return the number of the case of ``single`` with the turn-th structural effect, from 0."""
+    return next(number for i, number in enumerate(_structural()) if i == turn)
+
+
+def _structural() -> Iterator[int]:
+    number = 0
+    while True:
+        number += 1
+        (name, _), *_ = combination_of("single", number, SEED)
+        if not name.startswith("sensor_"):
+            yield number
 
 
 def work(task: Task) -> dict[str, Any]:
     """Return the verdict, the findings and how long it took."""
-    case = f"none_{task.number:04d}"
+    case = case_name(task.number, task.table)
     folder = task.folder / "recordings"
     if not (folder / case / "test_2.csv").exists():
-        generate(task.number, SEED, folder, task.folder / "sealed", "none")
-    change, channels = NUISANCES[task.name]
+        generate(task.number, SEED, folder, task.folder / "sealed", task.table)
+    change = NUISANCES[task.name][0]
 
     def faulty(path: Path) -> Recording:
         recording = twin.read(path)
@@ -219,13 +116,31 @@ def work(task: Task) -> dict[str, Any]:
     test = [twin.read(p) for p in sorted((folder / case).glob("test_*.csv"))]
     found = diagnose(twin.Twin.load(MODEL), train, test)
     places = [(f.mechanism.name, f.location) for f in found.findings]
-    structural = [p for p in places if vocabulary_verdict(p[0]) != "measurement"]
+    scored = score(task, places, found.notes)
+    return {"verdict": found.verdict, **scored, "seconds": round(found.seconds)}
+
+
+def score(task: Task, places: list[tuple[str, str]], notes: Any) -> dict[str, Any]:
+    """Return what was said of the structure and of the channel.
+
+    Args:
+        task: the case.
+        places: mechanism and place of every finding, in order.
+        notes: of the diagnosis.
+    """
+    channels = NUISANCES[task.name][1]
+    structural = [p for p in places if vocabulary_verdict(p[0]) != MEASURED]
     named = {c for _, place in places for c in place.split("+")} & set(channels)
-    noted = {c for c in channels if any(c in note for note in found.notes)}
+    noted = {c for c in channels if any(c in note for note in notes)}
     said = ", ".join(f"{a} {b}" for a, b in places) or "nothing"
-    return {"verdict": found.verdict, "said": said, "structural": len(structural),
-            "named": bool(named), "noted": bool(named | noted),
-            "seconds": round(found.seconds)}  # fmt: skip
+    result = {"said": said, "structural": len(structural), "named": bool(named),
+              "noted": bool(named | noted)}  # fmt: skip
+    if task.table == "none":
+        return {**result, "right": not structural}
+    (effect,) = combination_of("single", task.number, SEED)
+    spurious = sum(p != effect for p in structural)
+    return {**result, "concealed": " ".join(effect), "right": structural[:1] == [effect],
+            "spurious": spurious}  # fmt: skip
 
 
 def vocabulary_verdict(name: str) -> str:
@@ -235,38 +150,66 @@ def vocabulary_verdict(name: str) -> str:
     return vocabulary()[name].verdict
 
 
-def table(results: Mapping[str, Mapping[str, Any]]) -> str:
+def table(results: Mapping[str, Mapping[str, Any]], effect: bool = False) -> str:
     """Return the results as Markdown."""
-    lines = ["| nuisance, strength | said | right | channel named | s |", "|" + "---|" * 5]
+    first = ["nuisance, strength", *(["concealed"] if effect else []), "said", "right"]
+    columns = [*first, "spurious" if effect else "channel named", "s"]
+    lines = [f"| {' | '.join(columns)} |", "|" + "---|" * len(columns)]
     for name, r in results.items():
-        right = "no" if r["structural"] else "yes"
+        right = "yes" if is_right(r) else "no"
         named = "yes" if r["named"] else "in a note" if r["noted"] else "no"
-        lines.append(f"| {name} | {r['said']} | {right} | {named} | {r['seconds']} |")
-    right = sum(not r["structural"] for r in results.values())
-    named = sum(r["noted"] for r in results.values())
-    lines.append(f"\n{right} of {len(results)} without a structural finding, "
-                 f"{named} with the channel named or noted.")  # fmt: skip
+        cells = [name, *([r["concealed"]] if effect else []), r["said"], right,
+                 str(r["spurious"]) if effect else named, str(r["seconds"])]  # fmt: skip
+        lines.append(f"| {' | '.join(cells)} |")
+    right, total = sum(map(is_right, results.values())), len(results)
+    if effect:
+        alone = sum(not r["spurious"] for r in results.values())
+        lines.append(f"\n{right} of {total} with mechanism and place first, "
+                     f"{alone} without a spurious structural finding.")  # fmt: skip
+    else:
+        named = sum(r["noted"] for r in results.values())
+        lines.append(f"\n{right} of {total} without a structural finding, "
+                     f"{named} with the channel named or noted.")  # fmt: skip
     return "\n".join(lines)
+
+
+def is_right(result: Mapping[str, Any]) -> bool:
+    """Return whether a case is right; results of earlier versions say how many findings."""
+    return bool(result["right"] if "right" in result else not result["structural"])
+
+
+def keep(path: Path, kind: str, results: Mapping[str, Mapping[str, Any]]) -> None:
+    """Write the results of a kind ("none", "effect") beside those of the other."""
+    document = json.loads(path.read_text()) if path.exists() else {}
+    cases = [{"case": name, **r, "right": is_right(r)} for name, r in results.items()]
+    document[kind] = {"made_with": versions(), "cases": cases}
+    text = json.dumps(document, indent=1, allow_nan=False) + "\n"
+    write_whole(path, lambda part: part.write_text(text))
 
 
 def main() -> None:
     """Run it."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=Path("nuisances"))
-    parser.add_argument("--strength", type=float, action="append")
+    parser.add_argument("--strength", type=float, action="append", choices=STRENGTHS)
     parser.add_argument("--only", action="append", choices=list(NUISANCES))
+    parser.add_argument("--draws", type=int, default=1, help="of each nuisance and strength")
+    parser.add_argument("--effect", action="store_true", help="conceal one structural effect")
+    parser.add_argument("--to", type=Path, help="JSON, for the proof's page")
     parser.add_argument("--workers", type=int, default=1)
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
-    tasks = {}
-    for name in given.only or NUISANCES:
-        for strength in given.strength or STRENGTHS:
-            own = list(NUISANCES).index(name) + 1
-            tasks[f"{name}, {strength:g}"] = Task(name, strength, own, given.out)
+    every = tasks(given.only or list(NUISANCES), given.strength or list(STRENGTHS), given.draws,
+                  given.out, given.effect)  # fmt: skip
+    kind = "effect" if given.effect else "none"
+    file = given.out / ("effects.jsonl" if given.effect else "results.jsonl")
+    identity = "effects under nuisances" if given.effect else "nuisances"
     with ProcessPoolExecutor(given.workers, mp_context=get_context("spawn")) as pool:
-        results = campaign(work, tasks, pool, given.out / "results.jsonl", "nuisances",
+        results = campaign(work, every, pool, file, identity,
                            lambda done, total: print(f"{done} of {total}", flush=True))  # fmt: skip
-    print(table(results))
+    print(table(results, given.effect))
+    if given.to:
+        keep(given.to, kind, results)
 
 
 if __name__ == "__main__":

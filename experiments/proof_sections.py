@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from experiments.proof_nuisances import nuisances
+
 Section = dict[str, Any]
 
 
@@ -202,5 +204,5 @@ def _ratio(said: Mapping[str, Any]) -> str:
 
 MADE: dict[str, Callable[[Mapping[str, Any]], Section]] = {
     "real": real, "peers": peers, "p_delta": p_delta, "controlled": controlled,
-    "misses_again": misses_again,
+    "misses_again": misses_again, "nuisances": nuisances,
 }  # fmt: skip
