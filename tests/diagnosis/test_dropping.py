@@ -7,10 +7,11 @@ from diagnosis_support import lumped, recorded
 
 from twin.diagnosis.beginning import added, moved_to, widened
 from twin.diagnosis.candidates import motions, scales_of
+from twin.diagnosis.dropping import dropped
+from twin.diagnosis.explanation import Explanation
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.offer import offer
 from twin.diagnosis.prepare import prepare
-from twin.diagnosis.search import Explanation, dropped
 from twin.estimation.fit import fit
 from twin.estimation.likelihood import evaluate
 from twin.mechanisms.bumper import Bumper

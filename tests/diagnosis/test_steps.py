@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from diagnosis_support import lumped, recorded
 
+from twin.diagnosis.explanation import Explanation, from_prior_noise
 from twin.diagnosis.hypothesis import HARMONIC, MOST_STEPS, OUT_OF_STEP, STEPS, Hypothesis
 from twin.diagnosis.prepare import prepare
 from twin.diagnosis.scales import Scales
-from twin.diagnosis.search import Explanation, _from_prior_noise
 from twin.estimation.fit import fit
 from twin.mechanisms.cubic_stiffness import CubicStiffness
 
@@ -39,8 +39,8 @@ def test_a_fit_held_back_by_its_noise_is_made_again(problem):
     noisy = np.array([u.role == "noise" for u in h.unknowns])
     stuck = fit(h, np.where(noisy, 4.0, 0.0), most=1)
     before = Explanation(h, stuck, stuck.log_evidence - 3.0)
-    after = _from_prior_noise(before)
+    after = from_prior_noise(before)
     assert after.fit.log_evidence > stuck.log_evidence + 10
     assert after.log_odds == pytest.approx(after.fit.log_evidence - 3.0)
     settled = replace(before, fit=after.fit, log_odds=after.log_odds)
-    assert _from_prior_noise(settled).log_odds >= settled.log_odds
+    assert from_prior_noise(settled).log_odds >= settled.log_odds

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from twin.diagnosis.beginning import start_of
 from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.portion import on_a_part
 from twin.diagnosis.problem import Between, Problem
 from twin.estimation.fit import Fit, fit
 from twin.estimation.likelihood import evaluate
@@ -55,6 +56,8 @@ def again(hypothesis: Hypothesis, found: Fit, steps: int = FEW) -> tuple[Hypothe
         found: its fit.
         steps: of a fit with other inputs; with none only the likelihood at the same values counts.
     """
+    if steps and not _open(hypothesis, found, steps):
+        return hypothesis, found
     for group in sorted({_driven(hypothesis.problem, i) for i in hypothesis.problem.model.inputs}):
         own = _odds(hypothesis.problem.between)
         best = hypothesis, found, found.log_evidence - own
@@ -72,6 +75,22 @@ def again(hypothesis: Hypothesis, found: Fit, steps: int = FEW) -> tuple[Hypothe
         if best[0] is not hypothesis:
             hypothesis, found = best[0], fit(best[0], best[1].z)
     return hypothesis, found
+
+
+def _open(hypothesis: Hypothesis, found: Fit, steps: int) -> bool:
+    """Return whether a part of the samples leaves it open that other inputs are likelier."""
+    part = on_a_part(hypothesis)
+    if part is None:
+        return True
+    own = fit(part, found.z, steps)
+    least = own.log_evidence - _odds(hypothesis.problem.between)
+    for group in sorted({_driven(part.problem, i) for i in part.problem.model.inputs}):
+        for between in _others(part.problem, group):
+            other = replace(part, problem=replace(part.problem, between=between))
+            odds = _odds(between)
+            if fit(other, own.z, steps, least + odds).log_evidence - odds > least:
+                return True
+    return False
 
 
 def in_words(problem: Problem) -> str:

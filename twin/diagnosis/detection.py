@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal, stats
 
+from twin.diagnosis.explanation import Explanation
 from twin.diagnosis.predict import Stage, stages
 from twin.diagnosis.result import Detection
-from twin.diagnosis.search import Explanation
 
 Array = NDArray[np.float64]
 

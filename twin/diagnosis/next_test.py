@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
+from twin.diagnosis.explanation import Explanation
 from twin.diagnosis.predict import placed, stages
 from twin.diagnosis.problem import Measured, Problem
 from twin.diagnosis.result import NextExperiment
-from twin.diagnosis.search import Explanation, Found
+from twin.diagnosis.search import Found
 from twin.diagnosis.verdict import TIE
 from twin.model_files import shipped_names
 

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from twin.diagnosis.beginning import added, moved_to
 from twin.diagnosis.candidates import Candidate
-from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.hypothesis import DISCREPANCY_SHARE, Hypothesis
 from twin.diagnosis.missing_force import along_motion, needed, smooth
 from twin.diagnosis.problem import Motion
-from twin.diagnosis.sizes import POORLY, left_share
+from twin.diagnosis.sizes import left_share
 from twin.estimation.fit import Fit
 from twin.mechanisms.mechanism import ChannelFault, Disturbance, Law, Mechanism
 from twin.mechanisms.restoring_force import RestoringForce
@@ -35,8 +35,8 @@ LEFT = 0.1
 def doubtful(hypothesis: Hypothesis, fit: Fit, sizes: Sequence[float | None]) -> set[int]:
     """Return which mechanisms may stand for a law that has no name.
 
-    Those are several at one port, a law that leaves most of the missing force at its port, and a
-    force that nobody measured.
+    Those are several at one port, a law that leaves more of the missing force at its port than laws
+    are expected to, and a force that nobody measured.
 
     Args:
         hypothesis: the twin with its mechanisms.
@@ -50,7 +50,7 @@ def doubtful(hypothesis: Hypothesis, fit: Fit, sizes: Sequence[float | None]) ->
     for index in structural:
         mechanism = mechanisms[index]
         share = left_share(hypothesis, fit, mechanism, sizes[index])
-        if isinstance(mechanism, Disturbance) or (share is not None and share > POORLY):
+        if isinstance(mechanism, Disturbance) or (share is not None and share > DISCREPANCY_SHARE):
             out.add(index)
     return out
 

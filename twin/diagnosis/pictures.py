@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.diagnosis.explanation import Explanation
 from twin.diagnosis.missing_force import along_motion, needed, smooth
 from twin.diagnosis.problem import Motion, Problem
 from twin.diagnosis.result import Finding, ForcePicture
-from twin.diagnosis.search import Explanation
 from twin.mechanisms.mechanism import Law
 
 Array = NDArray[np.float64]

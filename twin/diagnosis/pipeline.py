@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from twin.diagnosis.between import choose, in_words
 from twin.diagnosis.comparison import compare
 from twin.diagnosis.detection import detect
+from twin.diagnosis.explanation import Explanation
 from twin.diagnosis.exported import base_mechanisms
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.known import shifts
@@ -22,7 +23,7 @@ from twin.diagnosis.predict import stages
 from twin.diagnosis.prepare import DAMPING_TOLERANCE, TOLERANCE, UNKNOWN, Prepared, prepare
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.result import Diagnosis, Finding
-from twin.diagnosis.search import Explanation, Found, search
+from twin.diagnosis.search import Found, search
 from twin.diagnosis.valleys import Score
 from twin.diagnosis.verdict import Judgement, judge
 from twin.estimation.fit import fit

@@ -20,8 +20,9 @@ from numpy.typing import NDArray
 from twin.diagnosis.beginning import added, beginnings, moved_to
 from twin.diagnosis.candidates import Candidate
 from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.linearised import Linearised
 from twin.estimation.fit import Fit
-from twin.estimation.likelihood import Value, evaluate, gaussian, passes
+from twin.estimation.likelihood import evaluate, gaussian
 from twin.estimation.parallel import each
 from twin.estimation.passing import Run
 from twin.mechanisms.mechanism import ChannelFault, Mechanism
@@ -48,6 +49,8 @@ class ScoreTest:
         self.hypothesis, self.fit = hypothesis, fit
         value = evaluate(hypothesis, fit.z)
         self.runs = value.runs
+        self._linear = Linearised.of(value.runs)
+        self._without, self._likelihood = self._linear.passes(hypothesis, fit.z)
         self.parts = [gaussian(r, t) for r, t in zip(value.runs, value.trials, strict=True)]
         shared = [i for i, u in enumerate(hypothesis.unknowns) if u.role != "noise"]
         self._shared = shared
@@ -157,7 +160,7 @@ class ScoreTest:
         An instrument with a memory has an unknown state before the first sample however little it
         does: its direction is that from little to twice as little.
         """
-        before: Sequence[Run] | None = self.runs
+        before: Sequence[Run] | None = self._without
         near = self._passes(candidate, first.scaled(SMALL))
         if isinstance(first, ChannelFault) and _remembers(first):
             before, near = near, self._passes(candidate, first.scaled(2 * SMALL))
@@ -169,7 +172,7 @@ class ScoreTest:
         grown = added(self.hypothesis, candidate, start)
         z = moved_to(grown, self.hypothesis, self.fit.z, start)
         try:
-            return passes(grown, z, [run.averages for run in self.runs])
+            return self._linear.passes(grown, z)[0]
         except (ValueError, np.linalg.LinAlgError):
             return None
 
@@ -188,16 +191,18 @@ class ScoreTest:
     def _rise(self, grown: Hypothesis, z: Array) -> tuple[float, float]:
         """Return the rise of the log likelihood, and that with the others adjusted."""
         try:
-            value = evaluate(grown, z, False, [run.averages for run in self.runs])
+            runs, log_likelihood = self._linear.passes(grown, z)
         except (ValueError, np.linalg.LinAlgError):
             return -np.inf, -np.inf
         known = dict(zip((u.name for u in grown.unknowns), z.tolist(), strict=True))
         pull = np.array([known[name] for name in self.names])
-        return value.log_likelihood - self.fit.log_likelihood, self._adjusted(value, pull)
+        return log_likelihood - self._likelihood, self._adjusted(runs, pull)
 
-    def _adjusted(self, value: Value, pull: Array) -> float:
+    def _adjusted(self, runs: Sequence[Run], pull: Array) -> float:
         """Return by how much half the squares of innovations and priors fall, adjusted."""
-        white = [self.whitened(i, run.e[:, :, None])[:, 0] for i, run in enumerate(value.runs)]
+        triples = zip(self.runs, runs, self._without, strict=True)
+        changed = [own.e + near.e - here.e for own, near, here in triples]
+        white = [self.whitened(i, e[:, :, None])[:, 0] for i, e in enumerate(changed)]
         across = self._across(white) + self._prior.T @ pull
         power = sum(float(w @ w) for w in white) + float(pull @ pull)
         return 0.5 * (self._left - (power - float(across @ across)))

@@ -11,14 +11,17 @@ from numpy.typing import NDArray
 from twin.diagnosis.beginning import added, beginnings, likeliest, moved_to, start_of
 from twin.diagnosis.between import again
 from twin.diagnosis.candidates import Candidate, motions, scales_of
+from twin.diagnosis.dropping import without_needless
+from twin.diagnosis.explanation import Explanation, explained, from_prior_noise
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.non_parametric import doubtful, in_place_of
+from twin.diagnosis.portion import SURE, beginning_of, on_a_part
 from twin.diagnosis.predict import stages
 from twin.diagnosis.problem import Motion, Problem
 from twin.diagnosis.screening import screen
 from twin.diagnosis.sizes import forces, inexact, known_forces, of_known
 from twin.diagnosis.valleys import Score
-from twin.estimation.fit import Fit, fit
+from twin.estimation.fit import fit
 from twin.estimation.likelihood import evaluate
 from twin.estimation.passing import Run
 from twin.mechanisms.mechanism import ChannelFault
@@ -34,26 +37,6 @@ would be the least promising."""
 
 MOST = 4
 """Mechanisms at most."""
-
-
-@dataclass(frozen=True)
-class Explanation:
-    """A fitted set of mechanisms.
-
-    Attributes:
-        hypothesis, fit: what was fitted, and how it came out.
-        log_odds: log evidence less what the set costs beforehand: every mechanism at every place
-            is as likely as any other, and any at all as likely as none.
-    """
-
-    hypothesis: Hypothesis
-    fit: Fit
-    log_odds: float
-
-    @property
-    def labels(self) -> tuple[tuple[str, str], ...]:
-        """Name and place of each mechanism."""
-        return tuple((m.name, m.place) for m in self.hypothesis.mechanisms)
 
 
 @dataclass(frozen=True)
@@ -75,6 +58,7 @@ class Found:
     motion: tuple[Motion, ...]
 
 
+Tried = dict[tuple[tuple[str, str], ...], Explanation]
 Offer = Callable[[Sequence[Motion], Sequence[Run]], Sequence[Candidate]]
 
 
@@ -96,101 +80,76 @@ def search(
     calibrated = fit(empty, start_of(empty) if start is None else start)
     nothing = Explanation(empty, calibrated, calibrated.log_evidence)
     best = nothing
-    tried: dict[tuple[tuple[str, str], ...], Explanation] = {(): nothing}
+    tried: Tried = {(): nothing}
     screened = []
     moved = motions(problem, empty, calibrated.z)
-    for step in range(MOST):
-        tell(f"search step {step + 1}: screening")
-        here = replace(best.hypothesis, scales=scales_of(problem, moved))
+    # priors that stay what they are, so that evidences of all steps compare
+    scales = scales_of(problem, moved)
+    for step in range(1, MOST + 1):
+        tell(f"search step {step}: screening")
+        here = replace(best.hypothesis, scales=scales)
         runs = evaluate(best.hypothesis, best.fit.z, derivatives=False).runs
         candidates = [c for c in offer(moved, runs) if c.label not in best.labels]
         cost = float(np.log(max(len(candidates), 2)))
         scores = screen(best.fit, here, candidates, moved)
         screened.append(tuple(scores))
-        promising = [s for s in scores if s.gain > cost][:WIDTH]
-        fits: list[Explanation] = []
-        for number, score in enumerate(promising):
-            what = " at ".join(score.candidate.label)
-            tell(f"search step {step + 1}: fitting {what} ({number + 1} of {len(promising)})")
-            top = max((e.log_odds for e in fits), default=best.log_odds)
-            explained = _fitted(here, best, [score], cost, top)
-            if explained is not None:
-                fits.append(explained)
-                key = tuple(sorted(explained.labels))
-                if key not in tried or tried[key].log_odds < explained.log_odds:
-                    tried[key] = explained
-        for family in _families(here, scores, cost):
-            tell(f"search step {step + 1}: fitting {family[0].candidate.label[0]} of "
-                 f"{len(family)} channels")  # fmt: skip
-            top = max((e.log_odds for e in fits), default=best.log_odds)
-            explained = _fitted(here, best, family, cost, top)
-            if explained is not None:
-                fits.append(explained)
-                tried.setdefault(tuple(sorted(explained.labels)), explained)
-        fits.sort(key=lambda e: -e.log_odds)
-        if not fits or fits[0].log_odds <= best.log_odds:
-            break
+        moves = [[s] for s in scores if s.gain > cost][:WIDTH] + _families(here, scores, cost)
+        fits = _fitted(here, best, moves, cost, lambda what, step=step: tell(  # type: ignore[misc]
+            f"search step {step}: {what}"))  # fmt: skip
+        for explanation in fits:
+            _keep(tried, explanation)
         better = [e for e in fits if e.log_odds > best.log_odds]
+        if not better:
+            break
         # what is a trifle beside the others may stand in for what is none
         best = next((e for e in better if not _ends_in_a_trifle(e)), better[0])
-        best = _from_prior_noise(best)
-        best = _without_needless(best, cost, tried)
+        best = from_prior_noise(best)
+        best = without_needless(best, cost, tried)
         hypothesis, found = again(best.hypothesis, best.fit)
         gained = found.log_evidence - best.fit.log_evidence
         best = Explanation(hypothesis, found, best.log_odds + gained)
-        if _ends_in_a_trifle(best):
+        moved = motions(problem, best.hypothesis, best.fit.z)
+        named, best = best, _without_names(best, candidates, cost, moved, tried, tell)
+        if best.labels != named.labels:
+            _keep(tried, named)
+            moved = motions(problem, best.hypothesis, best.fit.z)
+        elif _ends_in_a_trifle(best):
             break
-        moved = motions(problem, best.hypothesis, best.fit.z)
-    unnamed = _without_names(best, offer, moved, tried, tell)
-    if unnamed.labels != best.labels:
-        best = unnamed
-        moved = motions(problem, best.hypothesis, best.fit.z)
     others = sorted((e for e in tried.values() if e.labels != best.labels),
                     key=lambda e: -e.log_odds)  # fmt: skip
     return Found(nothing, best, tuple(others), tuple(screened), moved)
 
 
+def _keep(tried: Tried, explanation: Explanation) -> None:
+    """Keep the best fit of each set of mechanisms."""
+    key = tuple(sorted(explanation.labels))
+    if key not in tried or tried[key].log_odds < explanation.log_odds:
+        tried[key] = explanation
+
+
 def _without_names(
     best: Explanation,
-    offer: Offer,
+    candidates: Sequence[Candidate],
+    cost: float,
     moved: Sequence[Motion],
-    tried: dict[tuple[tuple[str, str], ...], Explanation],
+    tried: Tried,
     tell: Callable[[str], None],
 ) -> Explanation:
     """Return the explanation with a non-parametric force for names that mimic it, if likelier."""
     h, z = best.hypothesis, best.fit.z
-    if not h.mechanisms:
-        return best
     dubious = doubtful(h, best.fit, forces(h, z, stages(h, z)))
     if not dubious:
         return best
-    candidates = offer(moved, evaluate(h, z, derivatives=False).runs)
-    cost = float(np.log(max(len(candidates), 2)))
     for number, (other, starts) in enumerate(in_place_of(h, best.fit, moved, candidates, dubious)):
         place = other.mechanisms[-1].place
         tell(f"fitting a non-parametric restoring force at {place} ({number + 1})")
         _, begun, _ = likeliest(other, [z for start in starts for z in beginnings(other, start)])
-        explained = _explained(other, begun, cost, best.log_odds)
-        if explained is not None:
-            explained = _without_needless(explained, cost, tried)
-            tried.setdefault(tuple(sorted(explained.labels)), explained)
-            best = max(best, explained, key=lambda e: e.log_odds)
+        found = explained(other, begun, cost, best.log_odds)
+        if found is not None:
+            found = without_needless(found, cost, tried)
+            _keep(tried, found)
+            best = max(best, found, key=lambda e: e.log_odds)
     return best
-
-
-def _from_prior_noise(best: Explanation) -> Explanation:
-    """Return an explanation fitted again from the noise that the samples show, if that is likelier.
-
-    The noise that a poorer twin needed may hold a better one back.
-    """
-    z, h = best.fit.z, best.hypothesis
-    noisy = np.array([u.role == "noise" for u in h.unknowns])
-    try:
-        found = fit(h, np.where(noisy, 0.0, z))
-    except (ValueError, np.linalg.LinAlgError):
-        return best
-    gained = found.log_evidence - best.fit.log_evidence
-    return replace(best, fit=found, log_odds=best.log_odds + gained) if gained > 0 else best
 
 
 def _ends_in_a_trifle(best: Explanation) -> bool:
@@ -223,8 +182,51 @@ def _families(here: Hypothesis, scores: Sequence[Score], cost: float) -> list[li
 
 
 def _fitted(
-    here: Hypothesis, before: Explanation, scores: Sequence[Score], cost: float, top: float
-) -> Explanation | None:
+    here: Hypothesis, before: Explanation, moves: Sequence[Sequence[Score]], cost: float,
+    tell: Callable[[str], None],
+) -> list[Explanation]:  # fmt: skip
+    """Return the explanations with what was promising, fitted, the likeliest first.
+
+    A part of the samples says in which order, and which ones need not be tried.
+    """
+    grown = [_grown(here, before, scores) for scores in moves]
+    order = [(0.0, index, z) for index, (_, z) in enumerate(grown)]
+    if on_a_part(here) is not None:
+        tell(f"comparing {len(moves)} candidates")
+        order = _compared(grown)
+    fits: list[Explanation] = []
+    for number, (_, index, z) in enumerate(order):
+        candidate, start = moves[index][0].candidate, grown[index][1]
+        place = f"{len(moves[index])} channels" if len(moves[index]) > 1 else candidate.label[1]
+        tell(f"fitting {candidate.label[0]} at {place} ({number + 1} of {len(order)})")
+        top = max((e.log_odds for e in fits), default=before.log_odds)
+        h = grown[index][0]
+        _, begun, _ = likeliest(h, [start, z])
+        found = explained(h, begun, cost, top)
+        if found is not None:
+            fits.append(found)
+    return sorted(fits, key=lambda e: -e.log_odds)
+
+
+def _compared(grown: Sequence[tuple[Hypothesis, Array]]) -> list[tuple[float, int, Array]]:
+    """Return what a part of the samples leaves: log evidence there, index, and where it led."""
+    out: list[tuple[float, int, Array]] = []
+    for index, (h, z) in enumerate(grown):
+        ahead = max((value for value, _, _ in out), default=-np.inf)
+        try:
+            found = fit(beginning_of(h), z, hopeless=ahead - SURE)
+        except (ValueError, np.linalg.LinAlgError):
+            continue
+        if np.isfinite(found.log_evidence):
+            out.append((found.log_evidence, index, found.z))
+    out.sort(key=lambda entry: -entry[0])
+    return [entry for entry in out if entry[0] > out[0][0] - SURE]
+
+
+def _grown(
+    here: Hypothesis, before: Explanation, scores: Sequence[Score]
+) -> tuple[Hypothesis, Array]:
+    """Return the hypothesis with what was screened, and where its fit begins, (p,)."""
     grown, z, shift = here, before.fit.z, dict[str, float]()
     for score in scores:
         more = added(grown, score.candidate, score.start)
@@ -232,65 +234,4 @@ def _fitted(
         shift |= score.shift if len(scores) == 1 else {}
     moved = z + np.array([shift.get(u.name, 0.0) for u in grown.unknowns])
     _, z, _ = likeliest(grown, [z, *beginnings(grown, moved)])
-    return _explained(grown, z, cost, top)
-
-
-def _explained(h: Hypothesis, z: Array, cost: float, top: float) -> Explanation | None:
-    """Return a set of mechanisms fitted from z, (p,), with what the inputs do between samples.
-
-    A twin that lacks it may have taken them for something else.
-    """
-    spent = cost * len(h.mechanisms)
-    try:
-        h, found = again(h, fit(h, z, hopeless=top + spent), steps=0)
-    except (ValueError, np.linalg.LinAlgError):
-        return None
-    if not np.isfinite(found.log_evidence):
-        return None
-    return Explanation(h, found, found.log_evidence - spent)
-
-
-def _without_needless(
-    best: Explanation, cost: float, tried: dict[tuple[tuple[str, str], ...], Explanation]
-) -> Explanation:
-    """Drop mechanisms that are not needed any more, the least needed first."""
-    while len(best.hypothesis.mechanisms) > 1:
-        options = []
-        for index in range(len(best.hypothesis.mechanisms) - 1):
-            fewer = dropped(best, index, cost, tuple(tried.values()))
-            if fewer is not None:
-                tried.setdefault(tuple(sorted(fewer.labels)), fewer)
-                options.append(fewer)
-        options.sort(key=lambda e: -e.log_odds)
-        if not options or options[0].log_odds <= best.log_odds:
-            return best
-        best = options[0]
-    return best
-
-
-def dropped(
-    best: Explanation, index: int, cost: float, tried: Sequence[Explanation] = ()
-) -> Explanation | None:
-    """Return the explanation without one of its mechanisms, fitted again.
-
-    One fit begins where the others are now or where they were without it, whichever is likelier.
-    Others begin with a process noise so wide that what the mechanism had taken upon itself does not
-    hold the rest back, from where that is and from the nominal twin.
-    """
-    h = best.hypothesis
-    fewer = replace(
-        h,
-        mechanisms=(*h.mechanisms[:index], *h.mechanisms[index + 1 :]),
-        priors=(*h.priors[:index], *h.priors[index + 1 :]),
-    )
-    known = {u.name: x for u, x in zip(h.unknowns, best.fit.z, strict=True)}
-    kept = {(m.name, m.place) for m in fewer.mechanisms}
-    options = [np.array([known[u.name] for u in fewer.unknowns])]
-    for e in tried:
-        if e.labels and set(e.labels) <= kept:
-            then = dict(zip((u.name for u in e.hypothesis.unknowns), e.fit.z, strict=True))
-            options.append(np.array([then.get(u.name, known[u.name]) for u in fewer.unknowns]))
-    _, near, _ = likeliest(fewer, options)
-    _, *wide = beginnings(fewer, options[0])
-    fits = [_explained(fewer, z, cost, best.log_odds) for z in (near, *wide)]
-    return max((e for e in fits if e is not None), key=lambda e: e.log_odds, default=None)
+    return grown, z

@@ -15,15 +15,12 @@ from numpy.typing import NDArray
 from twin.diagnosis.beginning import added, beginnings, likeliest, moved_to
 from twin.diagnosis.candidates import Candidate
 from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.portion import beginning_of
 from twin.estimation.fit import Fit, ascend
 from twin.estimation.fit import fit as climb
 from twin.mechanisms.mechanism import Mechanism
 
 Array = NDArray[np.float64]
-
-PART = 1024
-"""Samples of each recording that valleys are looked for in: four seconds at 256 Hz, enough to tell
-resonances a quarter of a hertz apart; the fit that follows sees all."""
 
 LAPS = (1, 2, 3)
 """Gauss-Newton steps in each valley, after which the likelier half of a candidate's valleys and of
@@ -65,11 +62,7 @@ def of_valleys(fit: Fit, hypothesis: Hypothesis, candidates: Sequence[Candidate]
     if not candidates:
         return []
     problem = hypothesis.problem
-    part = replace(
-        problem,
-        recordings=tuple(replace(r, u=r.u[:PART], y=r.y[:PART]) for r in problem.recordings),
-    )
-    short = replace(hypothesis, problem=part)
+    short = beginning_of(hypothesis)
     here = climb(short, fit.z, most=2)
     known = {u.name: z for u, z in zip(hypothesis.unknowns, fit.z, strict=True)}
     racing: list[tuple[Candidate, list[_Runner]]] = []

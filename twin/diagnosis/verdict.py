@@ -8,10 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.diagnosis.dropping import lost
+from twin.diagnosis.explanation import Explanation
 from twin.diagnosis.predict import Stage
 from twin.diagnosis.read_off import ReadOff
 from twin.diagnosis.result import Finding, Verdict
-from twin.diagnosis.search import Explanation, Found
+from twin.diagnosis.search import Found
 from twin.diagnosis.sizes import POORLY, forces, left_share, negligible
 from twin.mechanisms import vocabulary
 from twin.mechanisms.mechanism import Disturbance, Mechanism
@@ -148,7 +150,7 @@ def _rivals(
                 # what is likelier than the mechanism alone stands for what came to it later, too
                 likelier = other.log_odds > reference.log_odds
                 rivals[key] = other, other.log_odds - (best if likelier else reference).log_odds
-    loss = -rivals[None][1] if None in rivals else 0.0
+    loss = -rivals[None][1] if None in rivals else lost(best, index)
     return sorted(rivals.values(), key=lambda pair: -pair[1]), loss
 
 

@@ -27,7 +27,7 @@ from twin.estimation.sensitivities import (
     step_matrix,
 )
 from twin.estimation.stepping import predict
-from twin.estimation.system import Noise, Sampled, transition
+from twin.estimation.system import Noise, Sampled, System, transition
 
 Array = NDArray[np.float64]
 
@@ -43,10 +43,18 @@ class LawAverages:
     Attributes:
         equivalent: what they add to the linear system, for the gains.
         blur: variances of the outputs beside their noise's, (samples, m).
+        slopes: k and c of each law's k d + c v, (l, 2); none where they are not known.
     """
 
     equivalent: EquivalentLinear | None = None
     blur: Array | None = None
+    slopes: Array | None = None
+
+    def tangent(self, system: System) -> Array:
+        """Return what the laws do on the average, as forces of a system's state, (l, n)."""
+        if self.slopes is None:
+            return np.zeros_like(system.drift)
+        return np.asarray(self.slopes[:, :1] * system.drift + self.slopes[:, 1:] * system.rate)
 
 
 @dataclass(frozen=True)
@@ -145,14 +153,15 @@ def averages_at(model: Model, here: Assembly, plants: Sequence[Sampled], index: 
     plant, trial = plants[here.which[index]], here.trials[index]
     passed = run(here, trial, plant, gains(plant, here.noises[index], missing=trial.missing))
     system = plant.system
+    if not (np.all(np.isfinite(passed.f)) and np.all(np.isfinite(passed.x))):
+        return LawAverages()  # laws that run away here: another step will not go there
     blur = model.blur(passed.f, system) if model.blurred else None
-    rows = []
+    slopes = np.zeros((len(here.laws), 2))
     for j, row in enumerate(system.drift):
         motion = np.column_stack([passed.x @ row, passed.x @ system.rate[j]])
         size = np.maximum(np.sqrt(np.mean(motion**2, axis=0)), 1e-300)
-        k, c = np.linalg.lstsq(motion / size, passed.f[:, j], rcond=None)[0] / size
-        rows.append(k * row + c * system.rate[j])
-    tangent = np.array(rows)
+        slopes[j] = np.linalg.lstsq(motion / size, passed.f[:, j], rcond=None)[0] / size
+    tangent = LawAverages(slopes=slopes).tangent(system)
     if not np.all(np.isfinite(tangent)):
         return LawAverages(None, blur)
     with np.errstate(all="ignore"):  # laws that run away here: another step will not go there
@@ -164,7 +173,7 @@ def averages_at(model: Model, here: Assembly, plants: Sequence[Sampled], index: 
     if blur is not None:
         unknown = unknown_forces(here, passed, here.noises[index], equivalent, tangent)
         blur = blur + unknown**2 @ (system.F**2).T
-    return LawAverages(equivalent, blur)
+    return LawAverages(equivalent, blur, slopes)
 
 
 def unknown_forces(

@@ -1,0 +1,114 @@
+"""Mechanisms that are not needed any more, once what they stood for is there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.diagnosis.beginning import beginnings, likeliest
+from twin.diagnosis.between import FEW
+from twin.diagnosis.explanation import Explanation, explained
+from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.portion import SURE, beginning_of, on_a_part
+from twin.estimation.fit import fit
+
+Array = NDArray[np.float64]
+
+
+def without_needless(
+    best: Explanation, cost: float, tried: dict[tuple[tuple[str, str], ...], Explanation]
+) -> Explanation:
+    """Drop mechanisms that are not needed any more, the least needed first."""
+    while len(best.hypothesis.mechanisms) > 1:
+        options = []
+        for index in range(len(best.hypothesis.mechanisms) - 1):
+            fewer = dropped(best, index, cost, tuple(tried.values()))
+            if fewer is not None:
+                tried.setdefault(tuple(sorted(fewer.labels)), fewer)
+                options.append(fewer)
+        options.sort(key=lambda e: -e.log_odds)
+        if not options or options[0].log_odds <= best.log_odds:
+            return best
+        best = options[0]
+    return best
+
+
+def dropped(
+    best: Explanation, index: int, cost: float, tried: Sequence[Explanation] = ()
+) -> Explanation | None:
+    """Return the explanation without one of its mechanisms, fitted again.
+
+    None where none comes near, or a part of the samples settles that it is needed. One fit begins
+    where the others are now or where they were without it, whichever is likelier. Others begin with
+    a process noise so wide that what the mechanism had taken upon itself does not hold the rest
+    back, from where that is and from the nominal twin.
+    """
+    h, fewer = best.hypothesis, _without(best.hypothesis, index)
+    known = {u.name: x for u, x in zip(h.unknowns, best.fit.z, strict=True)}
+    kept = {(m.name, m.place) for m in fewer.mechanisms}
+    options = [np.array([known[u.name] for u in fewer.unknowns])]
+    for e in tried:
+        if e.labels and set(e.labels) <= kept:
+            then = dict(zip((u.name for u in e.hypothesis.unknowns), e.fit.z, strict=True))
+            options.append(np.array([then.get(u.name, known[u.name]) for u in fewer.unknowns]))
+    if _needed(best, fewer, options):
+        return None
+    starts = _starts(fewer, options)
+    fits = [explained(fewer, z, cost, best.log_odds) for z in starts]
+    return max((e for e in fits if e is not None), key=lambda e: e.log_odds, default=None)
+
+
+def lost(best: Explanation, index: int) -> float:
+    """Return the log evidence that is lost without one of the mechanisms, roughly.
+
+    What a part of the samples loses, times the share that it is.
+    """
+    whole, fewer = (beginning_of(h) for h in (best.hypothesis, _without(best.hypothesis, index)))
+    known = {u.name: x for u, x in zip(whole.unknowns, best.fit.z, strict=True)}
+    z = np.array([known[u.name] for u in fewer.unknowns])
+    with_it = fit(whole, best.fit.z, FEW).log_evidence
+    _, near, _ = likeliest(fewer, beginnings(fewer, z))
+    try:
+        without_it = fit(fewer, near, FEW).log_evidence
+    except (ValueError, np.linalg.LinAlgError):
+        return np.inf
+    return (with_it - without_it) * best.hypothesis.problem.samples / whole.problem.samples
+
+
+def _without(h: Hypothesis, index: int) -> Hypothesis:
+    return replace(
+        h,
+        mechanisms=(*h.mechanisms[:index], *h.mechanisms[index + 1 :]),
+        priors=(*h.priors[:index], *h.priors[index + 1 :]),
+    )
+
+
+def _starts(fewer: Hypothesis, options: Sequence[Array]) -> list[Array]:
+    _, near, _ = likeliest(fewer, options)
+    _, *wide = beginnings(fewer, options[0])
+    return [near, *wide]
+
+
+def _needed(best: Explanation, fewer: Hypothesis, options: Sequence[Array]) -> bool:
+    """Return whether a part of the samples settles that the mechanism that is gone is needed.
+
+    The likelihood of the larger of two nested models never falls behind with more samples, on the
+    average.
+    """
+    whole, part = on_a_part(best.hypothesis), on_a_part(fewer)
+    if whole is None or part is None:
+        return False
+    try:
+        least = fit(whole, best.fit.z).log_evidence - SURE
+    except (ValueError, np.linalg.LinAlgError):
+        return False
+    for z in _starts(part, options):
+        try:
+            if fit(part, z, hopeless=least).log_evidence > least:
+                return False
+        except (ValueError, np.linalg.LinAlgError):
+            continue
+    return True

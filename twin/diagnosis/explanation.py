@@ -1,0 +1,64 @@
+"""A fitted set of mechanisms, and how one is fitted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.diagnosis.between import again
+from twin.diagnosis.hypothesis import Hypothesis
+from twin.estimation.fit import Fit, fit
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """A fitted set of mechanisms.
+
+    Attributes:
+        hypothesis, fit: what was fitted, and how it came out.
+        log_odds: log evidence less what the set costs beforehand: every mechanism at every place
+            is as likely as any other, and any at all as likely as none.
+    """
+
+    hypothesis: Hypothesis
+    fit: Fit
+    log_odds: float
+
+    @property
+    def labels(self) -> tuple[tuple[str, str], ...]:
+        """Name and place of each mechanism."""
+        return tuple((m.name, m.place) for m in self.hypothesis.mechanisms)
+
+
+def explained(h: Hypothesis, z: Array, cost: float, top: float) -> Explanation | None:
+    """Return a set of mechanisms fitted from z, (p,), with what the inputs do between samples.
+
+    A twin that lacks it may have taken them for something else.
+    """
+    spent = cost * len(h.mechanisms)
+    try:
+        h, found = again(h, fit(h, z, hopeless=top + spent), steps=0)
+    except (ValueError, np.linalg.LinAlgError):
+        return None
+    if not np.isfinite(found.log_evidence):
+        return None
+    return Explanation(h, found, found.log_evidence - spent)
+
+
+def from_prior_noise(best: Explanation) -> Explanation:
+    """Return an explanation fitted again from the noise that the samples show, if that is likelier.
+
+    The noise that a poorer twin needed may hold a better one back.
+    """
+    z, h = best.fit.z, best.hypothesis
+    noisy = np.array([u.role == "noise" for u in h.unknowns])
+    try:
+        found = fit(h, np.where(noisy, 0.0, z), hopeless=best.fit.log_evidence)
+    except (ValueError, np.linalg.LinAlgError):
+        return best
+    gained = found.log_evidence - best.fit.log_evidence
+    return replace(best, fit=found, log_odds=best.log_odds + gained) if gained > 0 else best
