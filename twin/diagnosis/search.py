@@ -85,7 +85,10 @@ def search(
     moved = motions(problem, empty, calibrated.z)
     # priors that stay what they are, so that evidences of all steps compare
     scales = scales_of(problem, moved)
-    for step in range(1, MOST + 1):
+    unnamed: Explanation | None = None
+    step = 0
+    while len(best.labels) < MOST:
+        step += 1
         tell(f"search step {step}: screening")
         here = replace(best.hypothesis, scales=scales)
         runs = evaluate(best.hypothesis, best.fit.z, derivatives=False).runs
@@ -99,22 +102,32 @@ def search(
         for explanation in fits:
             _keep(tried, explanation)
         better = [e for e in fits if e.log_odds > best.log_odds]
-        if not better:
+        trifling = False
+        if better:
+            # what is a trifle beside the others may stand in for what is none
+            best = next((e for e in better if not _ends_in_a_trifle(e)), better[0])
+            best = from_prior_noise(best)
+            best = without_needless(best, cost, tried)
+            hypothesis, found = again(best.hypothesis, best.fit)
+            gained = found.log_evidence - best.fit.log_evidence
+            best = Explanation(hypothesis, found, best.log_odds + gained)
+            _keep(tried, best)
+            trifling = _ends_in_a_trifle(best)
+        # one more name may do what the names so far do not: a force without one waits for it
+        if unnamed is not None and unnamed.log_odds > best.log_odds:
+            best, unnamed, trifling = unnamed, None, False
+        elif not better:
             break
-        # what is a trifle beside the others may stand in for what is none
-        best = next((e for e in better if not _ends_in_a_trifle(e)), better[0])
-        best = from_prior_noise(best)
-        best = without_needless(best, cost, tried)
-        hypothesis, found = again(best.hypothesis, best.fit)
-        gained = found.log_evidence - best.fit.log_evidence
-        best = Explanation(hypothesis, found, best.log_odds + gained)
-        moved = motions(problem, best.hypothesis, best.fit.z)
-        named, best = best, _without_names(best, candidates, cost, moved, tried, tell)
-        if best.labels != named.labels:
-            _keep(tried, named)
+        else:
             moved = motions(problem, best.hypothesis, best.fit.z)
-        elif _ends_in_a_trifle(best):
+            other = _without_names(best, candidates, cost, moved, tried, tell)
+            unnamed = other if other.labels != best.labels else None
+        if trifling and unnamed is None:
             break
+        moved = motions(problem, best.hypothesis, best.fit.z)
+    if unnamed is not None and unnamed.log_odds > best.log_odds:
+        best = unnamed
+        moved = motions(problem, best.hypothesis, best.fit.z)
     others = sorted((e for e in tried.values() if e.labels != best.labels),
                     key=lambda e: -e.log_odds)  # fmt: skip
     return Found(nothing, best, tuple(others), tuple(screened), moved)
@@ -190,37 +203,42 @@ def _fitted(
     A part of the samples says in which order, and which ones need not be tried.
     """
     grown = [_grown(here, before, scores) for scores in moves]
-    order = [(0.0, index, z) for index, (_, z) in enumerate(grown)]
+    begun = {index: z for index, (_, z) in enumerate(grown)}
     if on_a_part(here) is not None:
         tell(f"comparing {len(moves)} candidates")
-        order = _compared(grown)
+        begun = _compared(grown, [sum(s.gain for s in scores) for scores in moves])
     fits: list[Explanation] = []
-    for number, (_, index, z) in enumerate(order):
-        candidate, start = moves[index][0].candidate, grown[index][1]
+    for number, (index, z) in enumerate(begun.items()):
+        candidate, (h, start) = moves[index][0].candidate, grown[index]
         place = f"{len(moves[index])} channels" if len(moves[index]) > 1 else candidate.label[1]
-        tell(f"fitting {candidate.label[0]} at {place} ({number + 1} of {len(order)})")
+        tell(f"fitting {candidate.label[0]} at {place} ({number + 1} of {len(begun)})")
         top = max((e.log_odds for e in fits), default=before.log_odds)
-        h = grown[index][0]
-        _, begun, _ = likeliest(h, [start, z])
-        found = explained(h, begun, cost, top)
+        found = explained(h, likeliest(h, [start, z])[1], cost, top)
         if found is not None:
             fits.append(found)
     return sorted(fits, key=lambda e: -e.log_odds)
 
 
-def _compared(grown: Sequence[tuple[Hypothesis, Array]]) -> list[tuple[float, int, Array]]:
-    """Return what a part of the samples leaves: log evidence there, index, and where it led."""
-    out: list[tuple[float, int, Array]] = []
+def _compared(
+    grown: Sequence[tuple[Hypothesis, Array]], gains: Sequence[float]
+) -> dict[int, Array]:
+    """Return which hypotheses to fit, and where a part of the samples led: index -> values, (p,).
+
+    Not those that are behind another one both there and in the screening of all samples.
+    """
+    found: dict[int, tuple[float, Array]] = {}
     for index, (h, z) in enumerate(grown):
-        ahead = max((value for value, _, _ in out), default=-np.inf)
+        ahead = max((found[i][0] for i in found if gains[i] >= gains[index]), default=-np.inf)
         try:
-            found = fit(beginning_of(h), z, hopeless=ahead - SURE)
+            part = fit(beginning_of(h), z, hopeless=ahead - SURE)
+            found[index] = part.log_evidence, part.z
         except (ValueError, np.linalg.LinAlgError):
-            continue
-        if np.isfinite(found.log_evidence):
-            out.append((found.log_evidence, index, found.z))
-    out.sort(key=lambda entry: -entry[0])
-    return [entry for entry in out if entry[0] > out[0][0] - SURE]
+            found[index] = -np.inf, z
+    return {
+        index: z
+        for index, (value, z) in found.items()
+        if value >= max(found[i][0] for i in found if gains[i] >= gains[index]) - SURE
+    }
 
 
 def _grown(
