@@ -38,6 +38,9 @@ TOGETHER = 64
 """Directions at a time: one product of matrices instead of many with vectors, and no more memory
 than so many recordings."""
 
+FAR = 1e100
+"""Change of an innovation that no square may overflow from."""
+
 ROUNDING = 1e-12
 """Share of a direction below which what is left of it is the projection's rounding."""
 
@@ -166,7 +169,10 @@ class ScoreTest:
             before, near = near, self._passes(candidate, first.scaled(2 * SMALL))
         if near is None or before is None:
             return None
-        return [(run.e - here.e) / SMALL for run, here in zip(near, before, strict=True)]
+        pairs = zip(near, before, strict=True)
+        with np.errstate(all="ignore"):  # what runs away is no small change
+            change = [(run.e - here.e) / SMALL for run, here in pairs]
+        return change if all(np.all(np.abs(c) < FAR) for c in change) else None
 
     def _passes(self, candidate: Candidate, start: Mechanism) -> Sequence[Run] | None:
         grown = added(self.hypothesis, candidate, start)
