@@ -1,10 +1,12 @@
 """Instruments that misbehave: which cases, how they are scored, how the page shows them."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+import twin
 from experiments import nuisances
 from experiments.concealed.mechanisms import SENSOR
 from experiments.concealed.tables import combination_of
@@ -68,6 +70,26 @@ def test_an_effect_is_right_first_among_the_structural_findings():
     assert scored(effect, other) == (True, 1)
     assert scored(other, effect) == (False, 1)
     assert scored(fault) == (False, 0)
+
+
+def test_the_diagnosis_gets_spoilt_training_of_a_case_with_the_effect(tmp_path, monkeypatch):
+    task = nuisances.tasks(["gain"], [3.0], 1, tmp_path, True)["gain, 3"]
+    (effect,) = combination_of("single", task.number, nuisances.SEED)
+    given = []
+
+    def quick(model, train, test):
+        given.append((train, test))
+        finding = SimpleNamespace(mechanism=SimpleNamespace(name=effect[0]), location=effect[1])
+        return SimpleNamespace(findings=[finding], notes=[], verdict="", seconds=1.2)
+
+    monkeypatch.setattr(nuisances, "diagnose", quick)
+    result = nuisances.work(task)
+    assert (result["right"], result["concealed"]) == (True, " ".join(effect))
+    (train, test), folder = given[0], tmp_path / "recordings" / f"case_{task.number:04d}"
+    assert (len(train), len(test)) == (4, 2)
+    clean = twin.read(folder / "train_1.csv")
+    assert train[0].column("acc_floor2") == pytest.approx(1.09 * clean.column("acc_floor2"))
+    assert train[0].column("acc_floor1") == pytest.approx(clean.column("acc_floor1"))
 
 
 def test_the_page_shows_both_kinds_once_they_are_kept(tmp_path):
