@@ -120,7 +120,10 @@ def test_names_from_files_cannot_break_the_notebook():
 
 def test_results_draw_and_list_themselves(hit, found):
     for thing in (hit, found, twin.Twin.load("two_storey_lumped")):
-        assert thing.plot().get_axes()
+        figure = thing.plot()
+        assert figure.get_axes()
+        # a notebook that never imported pyplot shows it all the same
+        assert figure._repr_png_().startswith(b"\x89PNG")
         json.dumps(thing.to_dict(), allow_nan=False)
     assert found.to_dict()["modes"][0]["frequency_hz"] == found.modal.natural_freq[0]
     assert hit.to_dict()["channels"]["acc_floor1 [m/s^2]"][3] == hit.column("acc_floor1")[3]
@@ -144,3 +147,19 @@ def test_a_controller_is_designed_printed_and_written(tmp_path):
     assert controller.to_dict()["matrices"]["A"]
     with pytest.raises(TwinError, match="no figure of its own"):
         controller.plot()
+
+
+@pytest.mark.parametrize(
+    ("value", "std", "text"),
+    [
+        (1.9488404, 4.1e-5, "1.948840 ± 0.000041"),
+        (1.182, 0.02, "1.182 ± 0.020"),
+        (518.6, 12.0, "519 ± 12"),
+        (3.0, 0.0, "3"),
+        (3.0, float("nan"), "3"),
+    ],
+)
+def test_a_value_has_the_digits_that_its_deviation_leaves(value, std, text):
+    from twin.presentable import with_deviation
+
+    assert with_deviation(value, std) == text

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from html import escape
 from importlib import import_module
@@ -9,7 +10,9 @@ from pathlib import Path
 from typing import Any
 
 LONGEST = 100
-"""Letters of a cell that are shown."""
+"""Letters of a cell that are printed; a notebook breaks lines by itself."""
+
+LEFT = " style='text-align:left'"
 
 
 class Presentable:
@@ -34,10 +37,10 @@ class Presentable:
         return "\n".join([self._title(), *(f"  {n:<{width}}  {v}".rstrip() for n, v in rows)])
 
     def _repr_html_(self) -> str:
-        """Return the same table for a notebook."""
+        """Return the same table for a notebook, in full."""
         cells = "".join(
-            f"<tr><th style='text-align:left'>{escape(name)}</th><td>{escape(value)}</td></tr>"
-            for name, value in ((n, _short(v)) for n, v in self._rows())
+            f"<tr><th{LEFT}>{escape(name)}</th><td{LEFT}>{escape(value)}</td></tr>"
+            for name, value in self._rows()
         )
         return f"<div><b>{escape(self._title())}</b><table>{cells}</table></div>"
 
@@ -61,6 +64,14 @@ class Presentable:
         """
         written: Path = import_module("twin.presenting").save(self, Path(path))
         return written
+
+
+def with_deviation(value: float, std: float) -> str:
+    """Return "1.948840 ± 0.000041": two digits of the deviation, and as many of the value."""
+    if not (math.isfinite(std) and std > 0):
+        return f"{value:.6g}"
+    decimals = max(1 - math.floor(math.log10(std)), 0)
+    return f"{value:.{decimals}f} ± {std:.{decimals}f}"
 
 
 def _short(text: str) -> str:

@@ -52,6 +52,11 @@ addEventListener("load", () => {
     await new Promise(done => setTimeout(done, 1000));
     found.after = plot.layout.xaxis.range.map(Number);
     found.linked = others.map(p => p.layout.xaxis.range.map(Number));
+    dispatchEvent(new Event("beforeprint"));
+    await new Promise(done => setTimeout(done, 1000));
+    found.printed = all.map(p => p.querySelector("svg.main-svg").getBoundingClientRect().width);
+    dispatchEvent(new Event("afterprint"));
+    await new Promise(done => setTimeout(done, 500));
     const button = document.querySelector(".keys button");
     button.click();
     found.pressed = button.getAttribute("aria-pressed");
@@ -119,3 +124,20 @@ def opened(html, folder, width=1200):
     seen = json.loads(match[1].replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&"))
     seen["console"] = [line for line in done.stderr.splitlines() if "CONSOLE" in line]
     return seen
+
+
+def printed(html, folder):
+    """Return how many pages a report has in print, and the size of the first [pt]."""
+    page, paper = folder / "printed.html", folder / "printed.pdf"
+    page.write_text(html, encoding="utf-8")
+    subprocess.run(
+        [
+            chromium(), "--headless=new", "--no-sandbox", "--disable-gpu",
+            f"--print-to-pdf={paper}", "--no-pdf-header-footer", "--virtual-time-budget=60000",
+            f"--user-data-dir={folder / 'profile'}", page.as_uri(),
+        ],
+        capture_output=True, timeout=SECONDS, check=True,
+    )  # fmt: skip
+    content = paper.read_bytes()
+    size = re.search(rb"/MediaBox \[0 0 ([\d.]+) ([\d.]+)\]", content)
+    return len(re.findall(rb"/Type /Page\b", content)), tuple(float(x) for x in size.groups())

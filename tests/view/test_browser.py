@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from browser import chromium, opened
+from browser import chromium, opened, printed
 from control_example import control_page
 from diagnosis_example import SLIP, consistent, diagnosis
 
@@ -13,6 +13,9 @@ from twin.provenance import provenance
 from twin.view.page.diagnosis import report
 from twin.view.page.identification import page
 from twin.view.page.render import render
+
+A4_PT, MARGIN_PT, PT_PER_PX, SHRUNK = 595.0, 14 / 25.4 * 72, 0.75, 0.8
+"""Width of the narrower paper, and of the style sheet its margin and the zoom of plots."""
 
 
 @pytest.fixture(scope="module")
@@ -40,6 +43,21 @@ def test_a_browser_draws_and_zooms_without_an_error(pages, name, width, tmp_path
     assert a == pytest.approx(low + 0.3 * (high - low), abs=0.02 * (high - low))
     assert b == pytest.approx(low + 0.6 * (high - low), abs=0.02 * (high - low))
     assert seen["pressed"] == "false"
+
+
+PAGES = {"diagnosis": 10, "consistent": 5, "identification": 4, "control": 4}
+"""What the reports of the examples need at most in print, folded sections included."""
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_a_report_in_print_is_whole_and_wastes_no_pages(pages, name, tmp_path):
+    count, (width, _) = printed(pages[name], tmp_path)
+    assert 1 < count <= PAGES[name]
+    print("COUNT", name, count, max(opened(pages[name], tmp_path)["printed"]))
+    seen = opened(pages[name], tmp_path)
+    shown_pt = SHRUNK * PT_PER_PX * max(seen["printed"])
+    assert shown_pt <= min(width, A4_PT) - 2 * MARGIN_PT
+    assert seen["console"] == []
 
 
 def test_plots_of_one_kind_zoom_together(pages, tmp_path):

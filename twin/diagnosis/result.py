@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -94,8 +95,7 @@ class Detection:
     """How far an output channel's one-step errors by the calibrated twin are from noise.
 
     Attributes:
-        channel: name.
-        p_value: of the errors being white, by the portmanteau test of Ljung and Box (1978).
+        channel, p_value: name; of its errors being white, by the test of Ljung and Box (1978).
         excess: RMS of the errors over the noise of the channel.
         born_s: when the error first leaves the noise in each training recording [s], or NaN.
         frequency_hz: where its spectrum stands out most [Hz].
@@ -202,7 +202,7 @@ class Diagnosis(Presentable):
     steps: Mapping[str, float] = field(default_factory=dict)
 
     def _title(self) -> str:
-        return f"diagnosis of {self.nominal.source}: {self.verdict.replace('_', ' ')}"
+        return f"diagnosis of {Path(self.nominal.source).name}: {self.verdict.replace('_', ' ')}"
 
     def _rows(self) -> Iterator[tuple[str, str]]:
         for finding in self.findings:

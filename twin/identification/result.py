@@ -12,7 +12,7 @@ from twin.arrays import frozen
 from twin.identification.maximum_likelihood import ModalFit
 from twin.identification.stabilisation import StablePole
 from twin.modal import ModalModel
-from twin.presentable import Presentable
+from twin.presentable import Presentable, with_deviation
 from twin.recording import Recording
 from twin.second_order import SecondOrderModel
 from twin.state_space import StateSpace
@@ -82,9 +82,9 @@ class Identification(Presentable):
         modal = self.modal
         f_std, z_std = modal.natural_freq_std, modal.damping_ratio_std
         for i, (f, z) in enumerate(zip(modal.natural_freq, modal.damping_ratio, strict=True)):
-            off = "" if f_std is None else f" +- {f_std[i]:.1g}"
-            damping = "" if z_std is None else f" +- {100 * z_std[i]:.1g}"
-            yield f"mode {i + 1}", f"{f:.6g}{off} Hz, damping {100 * z:.4g}{damping} %"
+            frequency = f"{f:.6g}" if f_std is None else with_deviation(f, f_std[i])
+            damping = f"{100 * z:.4g}" if z_std is None else with_deviation(100 * z, 100 * z_std[i])
+            yield f"mode {i + 1}", f"{frequency} Hz, damping {damping} %"
         if self.second_order is not None:
             mass = ", ".join(f"{m:.4g}" for m in np.diag(self.second_order.M))
             yield "masses", f"{mass} kg"

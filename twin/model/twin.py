@@ -70,7 +70,7 @@ class Twin(Presentable):
         compiling.as_written(self.mjcf, self.source)
 
     def _title(self) -> str:
-        return f"twin of {self.source}"
+        return f"twin of {Path(self.source).name}"
 
     def _rows(self) -> Iterator[tuple[str, str]]:
         names = names_in(self.compile())

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from twin.control.absorber import DesignModel
 from twin.control.controller import Controller
 from twin.control.loop import steady_vibration
 from twin.control.outcome import Outcome
 from twin.view.colours import FORCE, GROUND, IDENTIFIED, MEASURED, TRUE
+from twin.view.shown import Figure
 
 LINES = 3000
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 from numpy.typing import NDArray
 
@@ -12,6 +11,7 @@ from twin.diagnosis.result import Diagnosis, Trace
 from twin.view.colours import GROUND, IDENTIFIED, MEASURED, REJECTED, TRUE
 from twin.view.diagnosis_words import percent, printable, twin_words
 from twin.view.figures import unit_of
+from twin.view.shown import Figure
 
 Array = NDArray[np.float64]
 

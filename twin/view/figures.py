@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from twin.files import write_whole
@@ -22,6 +21,7 @@ from twin.signals.frf import FrequencyResponse, measured_response
 from twin.view.colours import FORCE, GROUND, IDENTIFIED, MEASURED, REJECTED
 from twin.view.deflection import HALF_SPAN, HEIGHT, beam, mode_shapes
 from twin.view.poles import draw_poles
+from twin.view.shown import Figure
 
 Array = NDArray[np.float64]
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from twin.recording import Recording
 from twin.view.colours import FORCE, MEASURED
 from twin.view.deflection import ModeShape
+from twin.view.shown import Figure
 
 
 def samples(recording: Recording) -> Figure:
