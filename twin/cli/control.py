@@ -120,10 +120,10 @@ def control_absorber(
 ) -> None:
     """Identify the frame, design the LQG absorber on it and close the loop in MuJoCo.
 
-    Control is off for 32 s and on for 32 s; reductions are those of (60), "steady" and "rms" over
-    the last half of each. The same is done with a controller that knows the true plant. With
-    --out, DIR gets the controller as MAT, CSV and C, the run as run.csv, figures and a Rerun
-    recording.
+    Control is off for 32 s and on for 32 s. Reductions are those of (60), from switching on, and
+    over the last half of each when the vibration is steady. The same is done with a controller that
+    knows the true plant. With --out, DIR gets the controller as MAT, CSV and C, the run as run.csv,
+    figures and a Rerun recording.
     """
     from dataclasses import replace
 

@@ -14,6 +14,7 @@ from twin.formats import write_recording
 from twin.frame import Pendulum
 from twin.identification.result import Identification
 from twin.recording import Recording
+from twin.view.tables import REDUCTIONS
 
 
 def show(screen: Console, result: dict[str, Any]) -> None:
@@ -26,7 +27,7 @@ def show(screen: Console, result: dict[str, Any]) -> None:
     for window, floors in result["reduction"].items():
         for floor, share in floors.items():
             other = true["reduction"][window][floor]
-            table.add_row(f"reduction, {window}, {floor}", f"{share:.1%}", f"{other:.1%}")
+            table.add_row(f"{REDUCTIONS[window]}, {floor}", f"{share:.1%}", f"{other:.1%}")
     rows = (
         (r"peak swing \[rad]", "peak_swing_rad", ".3f"),
         (r"peak torque \[N m]", "peak_torque_nm", ".3f"),

@@ -26,7 +26,7 @@ from twin.view.rrd import APPLICATION
 from twin.view.rrd_charts import GAP, LEAST_DECADES, flat
 from twin.view.scene import BEAM_COLOUR, TIMELINE, log_motion
 from twin.view.signals import log_line
-from twin.view.tables import markdown_table
+from twin.view.tables import REDUCTIONS, markdown_table
 
 Array = NDArray[np.float64]
 
@@ -194,12 +194,12 @@ def _summary(outcome: Outcome, plant: Plant, believed: DesignModel) -> str:
     for window in ("whole", "steady", "rms"):
         shares = getattr(reduction, window)
         cells = " | ".join(f"{100 * shares[floor]:.1f} %" for floor in outcome.floors)
-        lines.append(f"| {window} | {cells} |")
+        lines.append(f"| {REDUCTIONS[window]} | {cells} |")
     effort = (
         f"Peak swing {outcome.peak_swing_rad:.3f} rad, peak torque "
         f"{outcome.peak_torque_nm:.3f} N m. Control is on from {outcome.switch_s:g} s."
     )
-    parts = ["# Under control", "\n".join(lines), effort, "# Believed and true"]
+    parts = ["# Under control", "\n".join(lines), effort, "# Design model and true plant"]
     parts.append(markdown_table(_matrix_rows(believed, plant.linear())))
     return "\n\n".join([*parts, *(f"- {note}" for note in outcome.notes)])
 
@@ -239,7 +239,7 @@ def blueprint(outcome: Outcome) -> rrb.Blueprint:
             line_grid=rrb.LineGrid3D(visible=False), eye_controls=eye(0.26),
         ),
         rrb.Spatial3DView(
-            origin="believed/frame", name="What the controller believes", background=dark,
+            origin="believed/frame", name="What the controller estimates", background=dark,
             line_grid=rrb.LineGrid3D(visible=False), eye_controls=eye(0.3),
         ),
     )  # fmt: skip

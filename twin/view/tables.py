@@ -14,6 +14,13 @@ from rich.table import Table
 from twin.recording import Recording
 from twin.view.comparison import Row
 
+REDUCTIONS = {
+    "whole": "peak reduction from switching on",
+    "steady": "peak reduction, steady",
+    "rms": "RMS reduction, steady",
+}
+"""What the windows of eq. (60) are for: the whole of both halves of a run, or their last halves."""
+
 BOUND_NOTE = "CR bound: the Cramér-Rao bound, the smallest standard deviation the data allow."
 
 HEADERS = (

@@ -18,6 +18,7 @@ from twin.view.control_figures import LINES
 from twin.view.page.blocks import Block, Items, Page, Plot, Section, Table, Text
 from twin.view.page.plots import Panel, figure, line, points
 from twin.view.page.render import write_page
+from twin.view.tables import REDUCTIONS
 
 MARGIN_NOTE = (
     "The stability margin is the distance of the loop's Nyquist curve from -1; the step is what "
@@ -61,10 +62,11 @@ def page(
     reductions = result["reduction"]["steady"]
     each = (f"{name} by {100 * share:.0f}\u00a0%" for name, share in reductions.items())
     listed = " and ".join(each)
-    title = f"Control calms the steady vibration of {listed}"
+    title = f"Control reduces the steady vibration of {listed}"
     lead = (
-        f"Excited by {result['excitation']}; at most {result['peak_torque_nm']:.3g} N m and "
-        f"{result['peak_swing_rad']:.3g} rad; stability margin {result['stability_margin']:.3g}."
+        f"Excited by {result['excitation']}; peak torque {result['peak_torque_nm']:.3g} N m, peak "
+        f"swing {result['peak_swing_rad']:.3g} rad, "
+        f"stability margin {result['stability_margin']:.3g}."
     )
     return Page(title, lead, [section for section in sections if section.blocks], made)
 
@@ -72,7 +74,7 @@ def page(
 def _figures(result: Mapping[str, Any]) -> Table:
     true = result["with_true_model"]
     rows = [
-        (f"reduction, {window}, {floor}", f"{100 * share:.1f} %",
+        (f"{REDUCTIONS[window]}, {floor}", f"{100 * share:.1f} %",
          f"{100 * true['reduction'][window][floor]:.1f} %")
         for window, floors in result["reduction"].items()
         for floor, share in floors.items()
@@ -116,7 +118,7 @@ def _effort(outcome: Outcome) -> Plot:
     panels[0].traces[0]["line"]["shape"] = "hv"
     ends = (0.0, float(outcome.time[-1]))
     plot = figure(panels, "time [s]", ends, hover="x", verticals=[(outcome.switch_s, "#000000")])
-    return Plot(plot, "What the motor does, how far the pendulum swings, and what excites.", (),
+    return Plot(plot, "Torque of the motor, swing of the pendulum, excitation.", (),
                 "time")  # fmt: skip
 
 
