@@ -44,9 +44,7 @@ def test_names_that_mimic_a_law_give_way_to_it(pulled):
     result, judged = pulled
     assert result.best.labels == (("restoring_force", "storey2"),)
     assert judged.verdict == "unexplained"
-    mimics = [
-        e for e in result.others if e.labels and e.log_odds > result.nothing.log_odds
-    ]
+    mimics = [e for e in result.others if e.labels and e.log_odds > result.nothing.log_odds]
     assert max(e.log_odds for e in mimics) < result.best.log_odds
 
 

@@ -92,7 +92,7 @@ def search(
         tell(f"search step {step}: screening")
         here = replace(best.hypothesis, scales=scales)
         runs = evaluate(best.hypothesis, best.fit.z, derivatives=False).runs
-        candidates = [c for c in offer(moved, runs) if c.label not in best.labels]
+        candidates = [c for c in offer(moved, runs) if not _included(c, best.hypothesis)]
         cost = float(np.log(max(len(candidates), 2)))
         scores = screen(best.fit, here, candidates, moved)
         screened.append(tuple(scores))
@@ -131,6 +131,12 @@ def search(
     others = sorted((e for e in tried.values() if e.labels != best.labels),
                     key=lambda e: -e.log_odds)  # fmt: skip
     return Found(nothing, best, tuple(others), tuple(screened), moved)
+
+
+def _included(candidate: Candidate, h: Hypothesis) -> bool:
+    """Return whether a candidate is there already, or only another form of what is there."""
+    there = {(m.name, m.place) for m in h.mechanisms}
+    return candidate.label in there or any(law.includes(candidate.starts[0]) for law in h.laws)
 
 
 def _keep(tried: Tried, explanation: Explanation) -> None:

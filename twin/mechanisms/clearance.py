@@ -42,6 +42,7 @@ class Clearance(Law):
     }
     reference: ClassVar[str] = "Shaw and Holmes 1983; Nordin and Gutman 2002"
     abrupt: ClassVar[bool] = True
+    elastic: ClassVar[bool] = True
     shares: ClassVar = {"replaced": ("stiffness", 1.0, 0.5)}  # most likely the storey's own part
 
     stiffness: float = 0.0

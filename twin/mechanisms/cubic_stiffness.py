@@ -30,6 +30,7 @@ class CubicStiffness(Law):
     on: ClassVar = "drift"
     parameters: ClassVar = {"stiffness": Parameter("N/m^3", "k3 in f = k3 d^3")}
     reference: ClassVar[str] = "Duffing 1918; Wigren and Schoukens 2013"
+    elastic: ClassVar[bool] = True
 
     stiffness: float = 0.0
 

@@ -153,12 +153,14 @@ class Law(Mechanism):
     Attributes of the class:
         memory: 1 where the law has an internal state, else 0.
         abrupt: True where the force has corners, so that an integration needs finer steps.
+        elastic: True where the force is a function of the displacement alone.
     """
 
     memory: ClassVar[int] = 0
     resolved_by: ClassVar[str] = ""
     """Parameter that is no property of the structure: how sharply an estimate resolves a corner."""
     abrupt: ClassVar[bool] = False
+    elastic: ClassVar[bool] = False
 
     law: ClassVar[Callable[..., Any]]
     """f(drift, rate, memory, time, *numbers), for numbers and for arrays that broadcast alike."""
@@ -183,6 +185,10 @@ class Law(Mechanism):
     def force(self, drift: Array, rate: Array, memory: Array, time: Array | float) -> Array:
         """Return the force that opposes positive drift [N], broadcast over the motion."""
         return np.asarray(type(self).law(drift, rate, memory, time, *self.numbers))
+
+    def includes(self, other: Mechanism) -> bool:
+        """Return whether another mechanism only corrects the form of this one."""
+        return False
 
     def remember(self, memory: Array, before: Array, after: Array) -> Array:
         """Return the internal state after the drift went from ``before`` to ``after``."""

@@ -30,6 +30,7 @@ class QuadraticStiffness(Law):
     on: ClassVar = "drift"
     parameters: ClassVar = {"stiffness": Parameter("N/m^2", "k2 in f = k2 d^2")}
     reference: ClassVar[str] = "Helmholtz 1863; Kovacic and Brennan 2011, The Duffing Equation"
+    elastic: ClassVar[bool] = True
 
     stiffness: float = 0.0
 

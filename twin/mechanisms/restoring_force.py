@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from twin.mechanisms.edits import FAR, Line
-from twin.mechanisms.mechanism import Law, Surroundings
+from twin.mechanisms.mechanism import Law, Mechanism, Surroundings
 from twin.mechanisms.scales import peak, rms
 from twin.parameter import Parameter
 
@@ -132,6 +132,10 @@ class RestoringForce(Law):
     def scaled(self, factor: float) -> Self:
         """Return the law with all its forces ``factor`` times as large."""
         return self._times(factor, *self.parameters)
+
+    def includes(self, other: Mechanism) -> bool:
+        """Return whether another one is a force of the same displacement: that is what this is."""
+        return isinstance(other, Law) and other.elastic and other.place == self.place
 
     def priors(self) -> dict[str, tuple[float, float]]:
         """No term is likely to exceed half of what the storey itself carries."""
