@@ -7,11 +7,13 @@ from diagnosis_support import lumped, recorded, rng, tones
 from twin.diagnosis.beginning import added, moved_to, start_of
 from twin.diagnosis.candidates import Candidate, motions, priors_of
 from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.linearised import Linearised
 from twin.diagnosis.pipeline import diagnose
 from twin.diagnosis.prepare import prepare
 from twin.diagnosis.screening import directions_of, nearest, screen
 from twin.diagnosis.valleys import of_valleys
 from twin.estimation.fit import fit
+from twin.estimation.likelihood import evaluate
 from twin.mechanisms.appendage import Appendage
 from twin.mechanisms.base_compliance import BaseCompliance
 from twin.mechanisms.cubic_stiffness import CubicStiffness
@@ -95,7 +97,8 @@ def test_a_race_on_the_first_seconds_promises_no_more_than_all_samples_bring():
     calibrated = fit(blank, start_of(blank))
     starts = tuple(Appendage("floor1", 0.04, f, 0.03) for f in (4.5, 5.2))
     hanging = Candidate(starts, priors_of(starts))
-    (score,) = of_valleys(calibrated, blank, [hanging])
+    runs = evaluate(blank, calibrated.z, derivatives=False).runs
+    (score,) = of_valleys(calibrated, Linearised.of(blank, runs), [hanging])
     grown = added(blank, hanging, score.start)
     brought = fit(grown, moved_to(grown, blank, calibrated.z, score.start))
     gain = brought.log_posterior - calibrated.log_posterior

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from twin.diagnosis.candidates import Candidate
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.estimation.likelihood import evaluate
+from twin.estimation.model import Model
 from twin.mechanisms.mechanism import Mechanism
 
 Array = NDArray[np.float64]
@@ -68,18 +69,18 @@ def beginnings(hypothesis: Hypothesis, z: Array) -> list[Array]:
     return [z, widened(hypothesis, z), widened(hypothesis, nominal)]
 
 
-def likeliest(hypothesis: Hypothesis, options: Sequence[Array]) -> tuple[float, Array, Hypothesis]:
-    """Return the values with the greatest log posterior: that, the values, the hypothesis."""
+def likeliest(model: Model, options: Sequence[Array]) -> tuple[float, Array]:
+    """Return the values with the greatest log posterior: that, and the values."""
 
     def posterior(z: Array) -> float:
         try:
-            value = evaluate(hypothesis, z, derivatives=False).log_likelihood
+            value = evaluate(model, z, derivatives=False).log_likelihood
         except (ValueError, np.linalg.LinAlgError):
             return -np.inf
         return value - 0.5 * float(z @ z) if np.isfinite(value) else -np.inf
 
     scored = [(posterior(z), z) for z in options]
-    return (*max(scored, key=lambda pair: pair[0]), hypothesis)
+    return max(scored, key=lambda pair: pair[0])
 
 
 def start_of(hypothesis: Hypothesis) -> Array:

@@ -70,7 +70,7 @@ def lost(best: Explanation, index: int) -> float:
     known = {u.name: x for u, x in zip(whole.unknowns, best.fit.z, strict=True)}
     z = np.array([known[u.name] for u in fewer.unknowns])
     with_it = fit(whole, best.fit.z, FEW).log_evidence
-    _, near, _ = likeliest(fewer, beginnings(fewer, z))
+    _, near = likeliest(fewer, beginnings(fewer, z))
     try:
         without_it = fit(fewer, near, FEW).log_evidence
     except (ValueError, np.linalg.LinAlgError):
@@ -87,7 +87,7 @@ def _without(h: Hypothesis, index: int) -> Hypothesis:
 
 
 def _starts(fewer: Hypothesis, options: Sequence[Array]) -> list[Array]:
-    _, near, _ = likeliest(fewer, options)
+    _, near = likeliest(fewer, options)
     _, *wide = beginnings(fewer, options[0])
     return [near, *wide]
 

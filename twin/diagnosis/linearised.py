@@ -1,78 +1,125 @@
-"""The predictor with its laws linearised about the motion, for small changes of the model.
+"""A hypothesis with its laws linearised about the motion, for small changes and first guesses.
 
 A law's force is what it does on the average, k d + c v (statistical linearisation), and a rest that
-is known from the fit's own pass. The rest is an input; so a change of the model is followed by the
-linear predictor alone, whatever the laws cost.
+is known from the fit's own pass. The rest is an input; so what is added beside the laws is followed
+by a linear predictor, whatever they cost and whatever states it has of its own.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis.hypothesis import Hypothesis
-from twin.estimation.kalman import gains
-from twin.estimation.likelihood import gaussian
-from twin.estimation.model import Assembly, Trial
-from twin.estimation.parallel import each
-from twin.estimation.passing import LawAverages, Run, run
-from twin.estimation.system import System, sampled
+from twin.diagnosis.problem import Problem
+from twin.estimation.model import Assembly, Trial, Unknown
+from twin.estimation.passing import LawAverages, Run
+from twin.estimation.system import System
+from twin.mechanisms.mechanism import Law, Mechanism
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Linearised:
-    """What a fit's laws do in each of its recordings.
+    """A hypothesis whose laws move as they did; it is a ``Model`` of the likelihood.
 
     Attributes:
-        averages: k and c of each law, and how much outputs are blurred.
-        rest: the rest of the forces at the samples, (samples, l).
+        hypothesis: with the fit's laws, and further mechanisms that are none.
+        averages: k and c of each law in each recording, and how much outputs are blurred.
+        rest: the rest of the forces at the samples of each recording, (samples, l).
     """
 
+    hypothesis: Hypothesis
     averages: tuple[LawAverages, ...]
     rest: tuple[Array, ...]
 
     @classmethod
-    def of(cls, runs: Sequence[Run]) -> Linearised:
-        """Return them from the fit's own passes."""
+    def of(cls, hypothesis: Hypothesis, runs: Sequence[Run]) -> Linearised:
+        """Return a hypothesis linearised about the passes of its fit."""
         rest = []
         for passed in runs:
-            system, averages = passed.sampled.system, passed.averages
-            rest.append(passed.f - passed.x @ averages.tangent(system).T)
-        return cls(tuple(r.averages for r in runs), tuple(rest))
+            tangent = passed.averages.tangent(passed.sampled.system)
+            rest.append(passed.f - passed.x @ tangent.T)
+        return cls(hypothesis, tuple(r.averages for r in runs), tuple(rest))
 
-    def passes(self, model: Hypothesis, z: Array) -> tuple[tuple[Run, ...], float]:
-        """Return the passes of a model with the same laws, and its log likelihood.
+    def beside(self, hypothesis: Hypothesis) -> Linearised:
+        """Return another hypothesis with the same laws, linearised alike."""
+        return replace(self, hypothesis=hypothesis)
 
-        Args:
-            model: with other mechanisms beside the laws.
-            z: values of its unknowns, (p,).
+    @property
+    def problem(self) -> Problem:
+        """The estimation problem."""
+        return self.hypothesis.problem
 
-        Raises:
-            ValueError: no stationary filter, or a model that cannot be.
-        """
-        here = model.assemble(z)
-        found = each(lambda i: self._passed(here, i), len(here.trials))
-        return tuple(r for r, _ in found), sum(value for _, value in found)
+    @property
+    def unknowns(self) -> tuple[Unknown, ...]:
+        """Those of the hypothesis."""
+        return self.hypothesis.unknowns
 
-    def _passed(self, here: Assembly, index: int) -> tuple[Run, float]:
-        averages, rest = self.averages[index], self.rest[index]
-        own, laws = here.trials[index], rest.shape[1]
-        trial = Trial(np.hstack([own.u, rest]), np.hstack([own.between, rest]), own.y, own.step_s)
-        system = _with_inputs(here.systems[here.which[index]], averages)
-        held = np.concatenate([here.held, np.zeros(laws, bool)])
-        plant = sampled(system, own.step_s, 1, held)
-        linear = replace(
-            here, systems=(system,), laws=(), numbers=here.numbers[:0], scales=here.scales[:0],
-            steps=1, held=held,
-        )  # fmt: skip
-        gain = gains(plant, here.noises[index], missing=trial.missing)
-        passed = run(linear, trial, plant, gain, averages=LawAverages(None, averages.blur))
-        return passed, gaussian(passed, trial).value
+    def at(self, z: Array) -> tuple[Mechanism, ...]:
+        """Return the mechanisms at values z of all unknowns, (p,)."""
+        return self.hypothesis.at(z)
+
+    @cached_property
+    def free(self) -> NDArray[np.bool_]:
+        """Which unknowns may move: all but the laws' own, (p,)."""
+        laws = [m for m in self.hypothesis.mechanisms if isinstance(m, Law)]
+        held = {f"{m.name} {m.place} {name}" for m in laws for name in m.parameters}
+        held |= {own.unknown.name for own in self.problem.of_known}
+        return np.array([u.name not in held for u in self.unknowns])
+
+    @property
+    def laws(self) -> int:
+        """How many laws there are."""
+        return self.rest[0].shape[1]
+
+    @property
+    def trials(self) -> tuple[Trial, ...]:
+        """The recordings, the rest of the laws' forces beside the inputs."""
+        return self._trials(self.hypothesis.trials)
+
+    @property
+    def blurred(self) -> bool:
+        """No law is left that could blur; what the laws blurred is in the assembly."""
+        return False
+
+    def blur(self, forces: Array, system: System) -> Array:
+        """Return nothing, (samples, m)."""
+        return np.zeros((len(forces), len(system.C)))
+
+    def assemble(self, z: Array) -> Assembly:
+        """Return the linear systems, noise levels and recordings at values z, (p,)."""
+        here = self.hypothesis.assemble(z)
+        pairs = zip(here.which, self.averages, strict=True)
+        laws = len(here.laws)
+        return replace(
+            here,
+            systems=tuple(_with_inputs(here.systems[k], averages) for k, averages in pairs),
+            which=tuple(range(len(here.which))),
+            laws=(),
+            numbers=here.numbers[:0],
+            scales=here.scales[:0],
+            steps=1,
+            held=np.concatenate([here.held, np.zeros(laws, bool)]),
+            trials=self._trials(here.trials),
+            blurs=tuple(
+                None if a.blur is None else a.blur[: len(t.y)]
+                for a, t in zip(self.averages, here.trials, strict=True)
+            ),
+        )
+
+    def _trials(self, trials: Sequence[Trial]) -> tuple[Trial, ...]:
+        out = []
+        for own, whole in zip(trials, self.rest, strict=True):
+            rest = whole[: len(own.y)]
+            u, between = np.hstack([own.u, rest]), np.hstack([own.between, rest])
+            out.append(Trial(u, between, own.y, own.step_s))
+        return tuple(out)
 
 
 def _with_inputs(system: System, averages: LawAverages) -> System:

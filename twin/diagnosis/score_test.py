@@ -22,7 +22,7 @@ from twin.diagnosis.candidates import Candidate
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.linearised import Linearised
 from twin.estimation.fit import Fit
-from twin.estimation.likelihood import evaluate, gaussian
+from twin.estimation.likelihood import evaluate, gaussian, passes
 from twin.estimation.parallel import each
 from twin.estimation.passing import Run
 from twin.mechanisms.mechanism import ChannelFault, Mechanism
@@ -52,8 +52,9 @@ class ScoreTest:
         self.hypothesis, self.fit = hypothesis, fit
         value = evaluate(hypothesis, fit.z)
         self.runs = value.runs
-        self._linear = Linearised.of(value.runs)
-        self._without, self._likelihood = self._linear.passes(hypothesis, fit.z)
+        self.linear = Linearised.of(hypothesis, value.runs)
+        still = evaluate(self.linear, fit.z, derivatives=False)
+        self._without, self._likelihood = still.runs, still.log_likelihood
         self.parts = [gaussian(r, t) for r, t in zip(value.runs, value.trials, strict=True)]
         shared = [i for i, u in enumerate(hypothesis.unknowns) if u.role != "noise"]
         self._shared = shared
@@ -178,7 +179,7 @@ class ScoreTest:
         grown = added(self.hypothesis, candidate, start)
         z = moved_to(grown, self.hypothesis, self.fit.z, start)
         try:
-            return self._linear.passes(grown, z)[0]
+            return passes(self.linear.beside(grown), z)
         except (ValueError, np.linalg.LinAlgError):
             return None
 
@@ -197,12 +198,12 @@ class ScoreTest:
     def _rise(self, grown: Hypothesis, z: Array) -> tuple[float, float]:
         """Return the rise of the log likelihood, and that with the others adjusted."""
         try:
-            runs, log_likelihood = self._linear.passes(grown, z)
+            value = evaluate(self.linear.beside(grown), z, derivatives=False)
         except (ValueError, np.linalg.LinAlgError):
             return -np.inf, -np.inf
         known = dict(zip((u.name for u in grown.unknowns), z.tolist(), strict=True))
         pull = np.array([known[name] for name in self.names])
-        return log_likelihood - self._likelihood, self._adjusted(runs, pull)
+        return value.log_likelihood - self._likelihood, self._adjusted(value.runs, pull)
 
     def _adjusted(self, runs: Sequence[Run], pull: Array) -> float:
         """Return by how much half the squares of innovations and priors fall, adjusted."""

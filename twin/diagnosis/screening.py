@@ -74,7 +74,7 @@ def screen(
         # no small change tells of a resonance that comes from where there is none; but where it
         # matters, something nearer does not fit either
         valleys += shifting
-    scores += of_valleys(fit, hypothesis, valleys)
+    scores += of_valleys(fit, test.linear, valleys)
     best = {c.label: Score(c, c.starts[0], 0.0) for c in candidates}
     for score in scores:
         if score.gain > best[score.candidate.label].gain:

@@ -162,7 +162,7 @@ def _without_names(
     for number, (other, starts) in enumerate(in_place_of(h, best.fit, moved, candidates, dubious)):
         place = other.mechanisms[-1].place
         tell(f"fitting a non-parametric restoring force at {place} ({number + 1})")
-        _, begun, _ = likeliest(other, [z for start in starts for z in beginnings(other, start)])
+        _, begun = likeliest(other, [z for start in starts for z in beginnings(other, start)])
         found = explained(other, begun, cost, best.log_odds)
         if found is not None:
             found = without_needless(found, cost, tried)
@@ -257,5 +257,5 @@ def _grown(
         grown, z = more, moved_to(more, grown, z, score.start)
         shift |= score.shift if len(scores) == 1 else {}
     moved = z + np.array([shift.get(u.name, 0.0) for u in grown.unknowns])
-    _, z, _ = likeliest(grown, [z, *beginnings(grown, moved)])
+    _, z = likeliest(grown, [z, *beginnings(grown, moved)])
     return grown, z

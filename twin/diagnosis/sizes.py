@@ -103,7 +103,8 @@ def negligible(
 ) -> list[bool]:
     """Return of every mechanism whether it is smaller than what is left beside the others.
 
-    A law's own discrepancy says how good its form is, not whether it is there.
+    The discrepancy at a port says how good the form of its greatest law is, not whether that is
+    there; beside it, what is smaller is a matter of its form.
 
     Args:
         hypothesis: the twin with its mechanisms.
@@ -119,8 +120,9 @@ def negligible(
     out = []
     for index, (mechanism, size) in enumerate(zip(mechanisms, sizes, strict=True)):
         left = max(inexact(mechanisms, sizes, index, known), of_known(problem, mechanism, known))
+        greatest = _greatest(mechanisms, sizes, mechanism.place)
         for port in hypothesis.ports:
-            if port != mechanism.place:
+            if port != mechanism.place or index != greatest:
                 level = fit.values[f"discrepancy {port}"]
                 left = max(left, level * float(np.linalg.norm(model.port(port))))
         if isinstance(mechanism, StructuralChange) and mechanism.verdict == "parameter":
@@ -138,6 +140,14 @@ def negligible(
         else:
             out.append(False)
     return out
+
+
+def _greatest(
+    mechanisms: Sequence[Mechanism], sizes: Sequence[float | None], port: str
+) -> int | None:
+    """Return the index of the greatest law at a port."""
+    laws = [i for i, m in enumerate(mechanisms) if isinstance(m, Law) and m.place == port]
+    return max(laws, key=lambda i: sizes[i] or 0.0, default=None)
 
 
 def left_share(

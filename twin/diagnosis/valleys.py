@@ -7,7 +7,7 @@ far, or is there or not, is no straight line in its strength.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from twin.diagnosis.beginning import added, beginnings, likeliest, moved_to
 from twin.diagnosis.candidates import Candidate
 from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.linearised import Linearised
 from twin.diagnosis.portion import beginning_of
 from twin.estimation.fit import Fit, ascend
 from twin.estimation.fit import fit as climb
@@ -30,8 +31,9 @@ the rest."""
 LEAST = 6
 """Candidates that are never left behind: a search step fits as many."""
 
-_Runner = tuple[float, Array, Hypothesis]
-"""Log posterior, values and hypothesis."""
+Fitted = Hypothesis | Linearised
+_Runner = tuple[float, Array, Fitted]
+"""Log posterior, values, and what has them."""
 
 
 @dataclass(frozen=True)
@@ -51,27 +53,32 @@ class Score:
     shift: Mapping[str, float] = field(default_factory=dict)
 
 
-def of_valleys(fit: Fit, hypothesis: Hypothesis, candidates: Sequence[Candidate]) -> list[Score]:
+def of_valleys(fit: Fit, linear: Linearised, candidates: Sequence[Candidate]) -> list[Score]:
     """Return what candidates with several valleys promise: short fits on a part of the samples.
 
     Args:
         fit: the present one.
-        hypothesis: what was fitted.
-        candidates: with the first guesses that the score test does not rule out.
+        linear: what was fitted, with its laws linearised: they do as they did in the short fits.
+        candidates: with the first guesses that the score test does not rule out; no laws.
     """
     if not candidates:
         return []
-    problem = hypothesis.problem
+    hypothesis = linear.hypothesis
     short = beginning_of(hypothesis)
-    here = climb(short, fit.z, most=2)
+
+    def eased(h: Hypothesis) -> Fitted:
+        return linear.beside(h) if linear.laws else h
+
+    here = climb(eased(short), fit.z, most=2, free=linear.free)
     known = {u.name: z for u, z in zip(hypothesis.unknowns, fit.z, strict=True)}
     racing: list[tuple[Candidate, list[_Runner]]] = []
     for candidate in candidates:
         runners = []
         for start in candidate.starts:
             grown = added(short, candidate, start)
+            model = eased(grown)
             z = moved_to(grown, short, here.z, start)
-            runners.append(likeliest(grown, beginnings(grown, z)))
+            runners.append((*likeliest(model, beginnings(grown, z)), model))
         racing.append((candidate, runners))
     behind: list[tuple[Candidate, list[_Runner]]] = []
     for steps in LAPS:
@@ -81,16 +88,16 @@ def of_valleys(fit: Fit, hypothesis: Hypothesis, candidates: Sequence[Candidate]
         racing, behind = racing[:ahead], behind + racing[ahead:]
     scores = []
     for candidate, runners in racing + behind:
-        _, z, grown = runners[0]
+        _, z, model = runners[0]
         shift = {
             u.name: float(x) - known[u.name]
-            for u, x in zip(grown.unknowns, z, strict=True)
+            for u, x in zip(model.unknowns, z, strict=True)
             if u.role != "noise" and u.name in known
         }
         # how much of it the other samples hold, only they can say: a blow is over in seconds
-        whole = replace(grown, problem=problem)
-        mechanism = grown.at(z)[-1]
-        posterior, _, _ = likeliest(whole, [z, moved_to(whole, hypothesis, fit.z, mechanism)])
+        mechanism = model.at(z)[-1]
+        whole = added(hypothesis, candidate, mechanism)
+        posterior, _ = likeliest(whole, [z, moved_to(whole, hypothesis, fit.z, mechanism)])
         gain = posterior - fit.log_posterior
         scores.append(Score(candidate, mechanism, max(gain, 0.0), shift))
     return scores
@@ -101,9 +108,10 @@ def _likelier(runners: list[_Runner]) -> list[_Runner]:
     return sorted(runners, key=lambda r: -r[0])[: (len(runners) + 1) // 2]
 
 
-def _further(posterior: float, z: Array, grown: Hypothesis, steps: int) -> _Runner:
+def _further(posterior: float, z: Array, model: Fitted, steps: int) -> _Runner:
     """Return where so many steps lead."""
+    free = model.free if isinstance(model, Linearised) else None
     try:
-        return (*ascend(grown, z, steps), grown)
+        return (*ascend(model, z, steps, free), model)
     except (ValueError, np.linalg.LinAlgError):
-        return posterior, z, grown
+        return posterior, z, model

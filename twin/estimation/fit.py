@@ -152,15 +152,24 @@ def fit(
     )  # fmt: skip
 
 
-def ascend(model: Model, z: Array, steps: int) -> tuple[float, Array]:
+def ascend(
+    model: Model, z: Array, steps: int, free: NDArray[np.bool_] | None = None
+) -> tuple[float, Array]:
     """Return log posterior and values after so many steps of a fit, fewer where none climbs.
 
     A fit without its end: nothing is known of the posterior about the place.
 
+    Args:
+        model: with its unknowns and recordings.
+        z: where to begin, (p,).
+        steps: at most.
+        free: which unknowns may move, (p,); all without.
+
     Raises:
         ValueError: the model has no likelihood where it begins.
     """
-    moving, damping, best = np.ones(len(z), bool), 0.0, (-np.inf, z)
+    moving = np.ones(len(z), bool) if free is None else free
+    damping, best = 0.0, (-np.inf, z)
     for _ in range(steps):
         with np.errstate(all="ignore"):
             here = evaluate(model, z)

@@ -54,6 +54,8 @@ class Assembly:
         steps: parts of a sample in which the laws are stepped.
         held: inputs that are held from sample to sample, (r,).
         trials: the recordings, in whose samples a fault may have been taken back.
+        blurs: variances of each recording's outputs beside their noise's, (samples, m), where they
+            are known and no law says.
     """
 
     systems: tuple[System, ...]
@@ -65,6 +67,7 @@ class Assembly:
     steps: int
     held: NDArray[np.bool_]
     trials: tuple[Trial, ...]
+    blurs: tuple[Array | None, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -149,7 +149,7 @@ def averages_at(model: Model, here: Assembly, plants: Sequence[Sampled], index: 
     Their forces are replaced by k d + c v with the least mean square error.
     """
     if not here.laws:
-        return LawAverages()
+        return LawAverages(blur=here.blurs[index] if here.blurs else None)
     plant, trial = plants[here.which[index]], here.trials[index]
     passed = run(here, trial, plant, gains(plant, here.noises[index], missing=trial.missing))
     system = plant.system
