@@ -1,5 +1,7 @@
 """Choosing poles in a stabilisation diagram with the mouse."""
 
+from dataclasses import replace
+
 import matplotlib
 import numpy as np
 import pytest
@@ -66,6 +68,15 @@ def test_columns_of_noise_are_told_from_those_of_modes():
     found = {name: list(freq) for name, *_, freq, _ in kinds([*kept, *stray], [2.001])}
     assert len(found["all stable"]) == len(kept)
     assert found[REFUSED[0]] == pytest.approx([7.4] * len(stray), rel=1e-3)
+
+
+def test_a_column_without_a_mode_is_none_where_shapes_are_not_known():
+    part = frozenset(("frequency", "damping"))
+    known = [replace(pole(order, 2.0, part), stable=True) for order in (6, 8)]
+    other = [replace(pole(order, 7.4, part), stable=True) for order in (6, 8)]
+    found = {name: list(freq) for name, *_, freq, _ in kinds([*known, *other], [2.0])}
+    assert len(found["frequency and damping stable"]) == 2
+    assert found[REFUSED[0]] == pytest.approx([7.4, 7.4], rel=1e-3)
 
 
 def test_without_a_screen_it_is_said_what_to_do(choice):

@@ -6,6 +6,7 @@ from rerun.chunk import RrdReader
 
 from twin.laboratory import Analyser, Experiment, Hammer, perform
 from twin.model import Twin
+from twin.view.comparison import matrices_of
 from twin.view.identified_motion import identified_motion
 from twin.view.magnified import factor
 from twin.view.rrd import summary, write_rrd
@@ -163,3 +164,9 @@ def test_a_failure_leaves_no_recording_behind(identification, tmp_path, monkeypa
     with pytest.raises(ZeroDivisionError):
         write_rrd(tmp_path / "z.rrd", identification)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_structure_that_is_no_chain_of_floors_has_no_true_matrices():
+    assert matrices_of(None) is None
+    assert matrices_of(Twin.load("portal_3d")) is None
+    assert matrices_of(Twin.load("two_storey_lumped")).K.shape == (2, 2)

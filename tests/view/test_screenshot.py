@@ -94,6 +94,14 @@ def test_a_picture_is_taken_where_a_driver_is(tmp_path):
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
+def test_where_no_window_can_open_it_is_said_what_to_do(tmp_path, monkeypatch):
+    from twin.cli.view import view as command
+
+    monkeypatch.setattr(viewer, "window_can_open", lambda: False)
+    with pytest.raises(TwinError, match="give --web, or --screenshot PNG"):
+        command(recording(tmp_path / "r.rrd"))
+
+
 def test_one_view_is_put_in_front_of_the_others():
     layout = {
         "/viewport": {"ViewportBlueprint": {"root_container": "r"}},

@@ -44,6 +44,8 @@ def view(
 ) -> None:
     """Open a Rerun recording in the viewer.
 
+    Where no window can open, --web shows it in a browser of this computer.
+
     Example: twin view twin-demo/identification.rrd
     """
     check_rrd(recording)
@@ -52,6 +54,10 @@ def view(
 
         typer.echo(f"written: {take(recording, screenshot, time, _pixels(size), part)}")
         return
+    from twin.view.viewer import window_can_open
+
+    if not web and not window_can_open():
+        raise TwinError("no window can open here; give --web, or --screenshot PNG for a picture")
     # the viewer listens on all addresses unless told not to
     arguments = ["--bind", "127.0.0.1", *(["--serve-web"] if web else []), str(recording)]
     try:

@@ -15,6 +15,16 @@ SERIES = ("#56B4E9", "#E69F00", "#009E73", "#CC79A7", "#D55E00", "#F0E442")
 """For what comes in any number: outputs, modes."""
 
 
+def measured_and_identified(number: int, count: int) -> tuple[str, str]:
+    """Return the colours of an output's measured and identified response.
+
+    Of one or two outputs the house's; of several each has a colour of its own, and points are told
+    from lines.
+    """
+    own = SERIES[number % len(SERIES)]
+    return (MEASURED, IDENTIFIED) if count <= 2 else (own, own)
+
+
 def rgb(colour: str) -> tuple[int, int, int]:
     """Return "#56B4E9" as (86, 180, 233)."""
     return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)

@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from twin.errors import ModelError
 from twin.identification.result import Identification
 from twin.modal import ModalModel, mac
+from twin.model import Twin
 from twin.place import split_channel
 from twin.second_order import SecondOrderModel
 
@@ -131,6 +133,16 @@ def mode_rows(modal: ModalModel) -> list[Row]:
         spread = _at(modal.damping_ratio_std, i, 100)
         rows.append(Row(f"damping {i + 1}", "%", 100 * float(z), spread))
     return rows
+
+
+def matrices_of(truth: Twin | None) -> SecondOrderModel | None:
+    """Return M, R, K of the true model; None of a structure that is no chain of floors."""
+    if truth is None:
+        return None
+    try:
+        return truth.second_order()
+    except ModelError:
+        return None
 
 
 def matrix_rows(

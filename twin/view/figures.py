@@ -18,7 +18,14 @@ from twin.place import split_channel
 from twin.quantity import SI_UNIT
 from twin.recording import Recording
 from twin.signals.frf import FrequencyResponse, measured_response
-from twin.view.colours import FORCE, GROUND, IDENTIFIED, MEASURED, REJECTED
+from twin.view.colours import (
+    FORCE,
+    GROUND,
+    IDENTIFIED,
+    MEASURED,
+    REJECTED,
+    measured_and_identified,
+)
 from twin.view.deflection import HALF_SPAN, HEIGHT, beam, mode_shapes
 from twin.view.poles import draw_poles
 from twin.view.shown import Figure
@@ -132,19 +139,20 @@ def frequency_responses(result: Identification) -> Figure:
             style = styles[i % len(styles)]
             points = measured.H[shown, i, j]
             marker = "os^v"[i % 4]
+            dots, curve = measured_and_identified(i, len(result.outputs))
             upper.semilogy(
-                measured.frequency_hz[shown], np.abs(points), marker, ms=2.6, color=MEASURED,
+                measured.frequency_hz[shown], np.abs(points), marker, ms=2.6, color=dots,
                 label=f"{name} measured", alpha=0.7,
             )  # fmt: skip
             upper.semilogy(
-                freq, np.abs(H[:, i, j]), style, lw=1.2, color=IDENTIFIED,
+                freq, np.abs(H[:, i, j]), style, lw=1.2, color=curve,
                 label=f"{name} identified",
             )  # fmt: skip
             lower.plot(
                 measured.frequency_hz[shown], np.degrees(np.angle(points)), marker, ms=2,
-                color=MEASURED, alpha=0.7,
+                color=dots, alpha=0.7,
             )  # fmt: skip
-            lower.plot(freq, np.degrees(np.angle(H[:, i, j])), style, lw=0.9, color=IDENTIFIED)
+            lower.plot(freq, np.degrees(np.angle(H[:, i, j])), style, lw=0.9, color=curve)
         above, below = (unit_of(n, result.recordings) for n in (result.outputs[0], drive))
         unit = f"({above})/({below})".replace("(N)", "N")
         upper.set_title(f"input {drive}, {measured.method}", fontsize=9)

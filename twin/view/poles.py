@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from twin.errors import TwinError
 from twin.identification.pole_diagram import PoleDiagram
-from twin.identification.stabilisation import FREQUENCY_TOLERANCE, STEADY, StablePole
+from twin.identification.stabilisation import FREQUENCY_TOLERANCE, StablePole
 from twin.view.colours import FORCE, FRAME, IDENTIFIED, LOCATED, MEASURED, REJECTED, TRUE
 
 Array = NDArray[np.float64]
@@ -30,7 +30,7 @@ KINDS = (
 )
 """What a pole shares with the order before: name, what is stable, colour, marker."""
 
-REFUSED = ("all stable, but no mode by evidence", "#5C6670", "d")
+REFUSED = ("stable, but no mode by evidence", "#5C6670", "d")
 """Of poles that stay although nothing of what was measured needs them: name, colour, marker."""
 
 SAME_COLUMN = 2 * FREQUENCY_TOLERANCE
@@ -60,13 +60,11 @@ def kinds(
     """
     near = of_modes(poles, modes) if len(modes) else [True] * len(poles)
     groups = [
-        (name, colour, marker, [p for p, k in zip(poles, near, strict=True) if p.steady == steady
-                                and (k or steady != STEADY)])
+        (name, colour, marker, [p for p, k in zip(poles, near, strict=True)
+                                if p.steady == steady and (k or not p.stable)])
         for name, steady, colour, marker in KINDS
     ]  # fmt: skip
-    groups.append(
-        (*REFUSED, [p for p, k in zip(poles, near, strict=True) if p.steady == STEADY and not k])
-    )
+    groups.append((*REFUSED, [p for p, k in zip(poles, near, strict=True) if p.stable and not k]))
     found = []
     for name, colour, marker, mine in groups:
         if mine:

@@ -16,7 +16,7 @@ from twin.modal import ModalModel
 from twin.model import Twin
 from twin.provenance import Provenance
 from twin.view import figures
-from twin.view.comparison import matrix_rows, modal_rows, mode_rows
+from twin.view.comparison import matrices_of, matrix_rows, modal_rows, mode_rows
 from twin.view.page.identification import write_identification_page
 from twin.view.rrd import write_rrd
 from twin.view.tables import channel_table, parameter_table
@@ -43,9 +43,7 @@ def print_identification(
     _print_warnings(console, warnings)
     rows = modal_rows(result, modes_at_sensors(truth, result.outputs) if truth else None)
     console.print(parameter_table(rows, "Modes"))
-    matrices = matrix_rows(
-        result.second_order, truth.second_order() if truth else None, result.second_order_std
-    )
+    matrices = matrix_rows(result.second_order, matrices_of(truth), result.second_order_std)
     if matrices:
         console.print(parameter_table(matrices, "Mass and stiffness, eq. (41)"))
     if result.alpha is not None and result.beta is not None:

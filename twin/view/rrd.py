@@ -17,8 +17,8 @@ from twin.identification.result import Identification
 from twin.laboratory import Performance
 from twin.model import Motion, Twin
 from twin.view import figures, rrd_charts
-from twin.view.colours import FORCE, GROUND, IDENTIFIED, MEASURED, TRUE
-from twin.view.comparison import matrix_rows, modal_rows, paired_modes
+from twin.view.colours import FORCE, IDENTIFIED, MEASURED, SERIES, TRUE
+from twin.view.comparison import matrices_of, matrix_rows, modal_rows, paired_modes
 from twin.view.deflection import aligned, mode_shapes
 from twin.view.diagnosis_words import printable
 from twin.view.identified_motion import FloorMotion, identified_motion, true_motion
@@ -139,9 +139,7 @@ def _log_modes(
 def summary(result: Identification, truth: Twin | None) -> str:
     """Return identified against true parameters and the notes, as Markdown."""
     modal = modal_rows(result, modes_at_sensors(truth, result.outputs) if truth else None)
-    matrices = matrix_rows(
-        result.second_order, truth.second_order() if truth else None, result.second_order_std
-    )
+    matrices = matrix_rows(result.second_order, matrices_of(truth), result.second_order_std)
     parts = ["# Identified parameters", markdown_table(modal), markdown_table(matrices)]
     parts += [BOUND_NOTE, f"Estimate: {result.route}.", f"Error: {100 * result.nrmse:.2f} % of RMS"]
     parts += [f"- {note}" for note in result.notes]
@@ -164,7 +162,7 @@ def _log_signals(stream: rr.RecordingStream, result: Identification, number: int
         line(f"signals/{name}/1_measured", measured, "measured", MEASURED, 3.5)
         again = predicted[:, column]
         line(f"signals/{name}/2_resimulated", again, "re-simulated", IDENTIFIED, 1.2)
-        line(f"residual/{name}", measured - again, name, GROUND if column else FORCE, 1.0)
+        line(f"residual/{name}", measured - again, name, SERIES[column % len(SERIES)], 1.0)
 
 
 def _blueprint(

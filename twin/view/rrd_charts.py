@@ -12,8 +12,15 @@ from twin.identification.result import Identification
 from twin.modal import mac
 from twin.model import Twin
 from twin.view.chart import TALL, WIDE, Chart, heat_map
-from twin.view.colours import GROUND, IDENTIFIED, MEASURED, REJECTED, TRUE
-from twin.view.comparison import Row, matrix_rows, modal_rows, place_of, same_rows
+from twin.view.colours import (
+    GROUND,
+    IDENTIFIED,
+    MEASURED,
+    REJECTED,
+    TRUE,
+    measured_and_identified,
+)
+from twin.view.comparison import Row, matrices_of, matrix_rows, modal_rows, place_of, same_rows
 from twin.view.figures import SHOWN_SINGULAR_VALUES, responses, unit_of
 from twin.view.poles import of_modes
 
@@ -37,7 +44,7 @@ def views(result: Identification, truth: Twin | None) -> dict[str, rrb.View | rr
     out: dict[str, rrb.View | rrb.Container] = {}
     tall = TALL + GAP + PHASE_TALL
     plots = [
-        flat(f"responses/{name}", f"response to {name}: measured (blue), identified", tall)
+        flat(f"responses/{name}", f"response to {name}: measured (points), identified", tall)
         for name in result.inputs
     ]
     out["responses"] = plots[0] if len(plots) == 1 else rrb.Tabs(*plots, name="responses")
@@ -83,7 +90,7 @@ def log(stream: rr.RecordingStream, result: Identification, truth: Twin | None) 
 def _rows(result: Identification, truth: Twin | None) -> tuple[Row, ...]:
     if truth is None:
         return ()
-    matrices = matrix_rows(result.second_order, truth.second_order(), result.second_order_std)
+    matrices = matrix_rows(result.second_order, matrices_of(truth), result.second_order_std)
     return (*modal_rows(result, modes_at_sensors(truth, result.outputs)), *matrices)
 
 
@@ -107,13 +114,12 @@ def _log_responses(stream: rr.RecordingStream, result: Identification) -> None:
         turn.axes()
         for i, name in enumerate(result.outputs):
             seen = found.measured.H[found.shown, i, j]
-            size.points(f"1_measured/{name}", at[inside], np.abs(seen)[inside], MEASURED)
-            size.line(f"2_identified/{name}", freq, G[:, i], IDENTIFIED, above=True)
+            dots, curve = measured_and_identified(i, len(result.outputs))
+            size.points(f"1_measured/{name}", at[inside], np.abs(seen)[inside], dots)
+            size.line(f"2_identified/{name}", freq, G[:, i], curve, above=True)
             phase = np.degrees(np.angle(seen))[inside]
-            turn.points(f"1_measured/{name}", at[inside], phase, MEASURED, 0.4)
-            turn.line(
-                f"2_identified/{name}", freq, np.degrees(np.angle(found.H[:, i, j])), IDENTIFIED
-            )
+            turn.points(f"1_measured/{name}", at[inside], phase, dots, 0.4)
+            turn.line(f"2_identified/{name}", freq, np.degrees(np.angle(found.H[:, i, j])), curve)
 
 
 def _log_stabilisation(stream: rr.RecordingStream, result: Identification) -> None:

@@ -14,7 +14,7 @@ from twin.identification.result import Identification
 from twin.modal import ModalModel
 from twin.model import Twin
 from twin.provenance import Provenance, provenance
-from twin.view.comparison import Row, matrix_rows, modal_rows, mode_rows
+from twin.view.comparison import Row, matrices_of, matrix_rows, modal_rows, mode_rows
 from twin.view.diagnosis_words import printable, quantity
 from twin.view.figures import diagram_of
 from twin.view.page import identification_plots as plots
@@ -86,9 +86,7 @@ def page(
     """Return the report: modes, how well they predict, responses, shapes, matrices."""
     true_modes = modes_at_sensors(truth, result.outputs) if truth else None
     rows = modal_rows(result, true_modes)
-    matrices = matrix_rows(
-        result.second_order, truth.second_order() if truth else None, result.second_order_std
-    )
+    matrices = matrix_rows(result.second_order, matrices_of(truth), result.second_order_std)
     others = [plots.time_histories(result, i) for i in range(1, len(result.recordings))]
     warnings, notes = warnings_and_notes(result.notes)
     doubts = [printable(line.removeprefix(WARNING)) for line in warnings]

@@ -9,7 +9,15 @@ from numpy.typing import NDArray
 
 from twin.identification.result import Identification
 from twin.modal import ModalModel, mac
-from twin.view.colours import FORCE, GROUND, IDENTIFIED, MEASURED, REJECTED, TRUE
+from twin.view.colours import (
+    FORCE,
+    GROUND,
+    IDENTIFIED,
+    MEASURED,
+    REJECTED,
+    TRUE,
+    measured_and_identified,
+)
 from twin.view.comparison import Row, place_of, same_rows
 from twin.view.figures import SHOWN_SINGULAR_VALUES, responses, unit_of
 from twin.view.page.blocks import Plot
@@ -58,6 +66,8 @@ def frequency_responses(result: Identification) -> list[Plot]:
     found = responses(result, 1500)
     freq, top = found.freq, found.top_hz
     at = found.measured.frequency_hz[found.shown]
+    count = len(result.outputs)
+    colours = [measured_and_identified(i, count) for i in range(count)]
     out = []
     for j, drive in enumerate(result.inputs):
         size: list[Trace] = []
@@ -66,10 +76,11 @@ def frequency_responses(result: Identification) -> list[Plot]:
             dash, symbol = _style(i)
             H, G = found.measured.H[found.shown, i, j], found.H[:, i, j]
             seen, said = f"{name} measured", f"{name} identified"
-            size.append(points(at, np.abs(H), seen, MEASURED, 4, symbol, 0.8))
-            size.append(line(freq, np.abs(G), said, IDENTIFIED, 1.4, dash))
-            turn.append(points(at, np.degrees(np.angle(H)), seen, MEASURED, 3, symbol, 0.8))
-            turn.append(line(freq, np.degrees(np.angle(G)), said, IDENTIFIED, 1.1, dash))
+            dots, curve = colours[i]
+            size.append(points(at, np.abs(H), seen, dots, 4, symbol, 0.8))
+            size.append(line(freq, np.abs(G), said, curve, 1.4, dash))
+            turn.append(points(at, np.degrees(np.angle(H)), seen, dots, 3, symbol, 0.8))
+            turn.append(line(freq, np.degrees(np.angle(G)), said, curve, 1.1, dash))
         above, below = (
             unit_of(result.outputs[0], result.recordings),
             unit_of(drive, result.recordings),
@@ -82,11 +93,19 @@ def frequency_responses(result: Identification) -> list[Plot]:
         coherence = found.measured.coherence
         if coherence is not None:
             lines = [
-                line(at, coherence[found.shown, i], f"{name} measured", MEASURED, 1, _style(i)[0])
+                line(
+                    at,
+                    coherence[found.shown, i],
+                    f"{name} measured",
+                    colours[i][0],
+                    1,
+                    _style(i)[0],
+                )
                 for i, name in enumerate(result.outputs)
             ]
             panels.append(Panel("coherence", lines, share=0.5, y_range=(0, 1.05)))
-        keys = [(trace["name"], MEASURED if "marker" in trace else IDENTIFIED) for trace in size]
+        keys = [(trace["name"], trace["marker" if "marker" in trace else "line"]["color"])
+                for trace in size]  # fmt: skip
         drawn = figure(panels, "frequency [Hz]", (0, top))
         signs = {
             f"{name} {what}": _SIGNS[i % 4][k]
