@@ -8,12 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.diagnosis.errors_of_runs import Errors, Fits
 from twin.diagnosis.explanation import Explanation
 from twin.diagnosis.exported import in_mujoco, twin_of
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.predict import Stage, noise_floors, nrmse, placed, stages
 from twin.diagnosis.prepare import Prepared
-from twin.diagnosis.result import Errors, Fits, Trace
+from twin.diagnosis.result import Trace
 from twin.model import Twin
 
 Array = NDArray[np.float64]

@@ -85,6 +85,8 @@ def peaks_of(runs: Sequence[Run], rate_hz: float) -> tuple[float, ...]:
     """Return the frequencies at which the innovations stand out most [Hz], the strongest first."""
     total = np.zeros(0)
     frequencies = np.zeros(0)
+    if not runs:
+        return ()
     length = min(round(SEGMENT_S * rate_hz), *(len(run.e) for run in runs))
     for run in runs:
         noise = np.sqrt(np.diagonal(run.gains.innovation[-1]))

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis.between import choose, in_words
+from twin.diagnosis.by_simulation import loosened, search_by_simulation
 from twin.diagnosis.comparison import compare
 from twin.diagnosis.detection import detect
 from twin.diagnosis.explanation import Explanation
@@ -103,13 +104,18 @@ def diagnose(
         added_mass,
     )  # fmt: skip
     clock("calibrating the twin")
-    problem, start = choose(ready.train)
-    found = search(problem, offer(problem, ready.kinds), clock, start)
+    stated = None
+    if ready.simulated:
+        searched = search_by_simulation(ready.train, offer(ready.train, ready.kinds), clock)
+        found, stated = searched.found, searched.stated
+    else:
+        problem, start = choose(ready.train)
+        found = search(problem, offer(problem, ready.kinds), clock, start)
     problem = found.best.hypothesis.problem
     clock("judging the explanations")
     beside = stages(found.best.hypothesis, found.best.fit.z)
     judged = judge(found, beside, ready.faults)
-    calibrated = _calibrated(found)
+    calibrated = loosened(found.nothing, UNKNOWN) if ready.simulated else _calibrated(found)
     detection = detect(found.nothing)
     clock("predicting the recordings")
     compared = compare(ready, found.nothing, calibrated, found.best, seed)
@@ -125,7 +131,7 @@ def diagnose(
         judged.findings,
         judged.alternatives,
         _calibration(calibrated),
-        compared.fit,
+        compared.fit if stated is None else compared.fit.stating(stated),
         compared.fit_ahead,
         where,
         detection,

@@ -8,10 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.channel import bare
 from twin.contract import names_in
+from twin.diagnosis.band import USED_BAND, Banded, banded, one_rate
+from twin.diagnosis.channels import common, has, no_overlap, of_model
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.nominal import checked, with_known
+from twin.diagnosis.order import in_words, read_order
 from twin.diagnosis.problem import Between, Measured, Problem
 from twin.diagnosis.read_off import ReadOff, read_off
 from twin.errors import RecordingError, available
@@ -21,7 +23,6 @@ from twin.model import Twin
 from twin.model.linear import LinearModel
 from twin.recording import Recording
 from twin.signals.noise_floor import noise_floor
-from twin.signals.resampling import resample
 
 Array = NDArray[np.float64]
 
@@ -40,11 +41,14 @@ LEAST_PERIODS = 4.0
 """Periods of the slowest mode that the recordings must last together: its frequency is then known
 to better than its half-power width for a damping of a tenth."""
 
-MOTIONS = ("acc", "vel", "disp", "angle", "rate", "angacc")
-"""Quantities that a channel of the structure measures; others may be the laboratory's."""
+SEEN_ABOVE = 0.02
+"""Prior deviation of the logarithm of a noise level that a thousand samples above the band show,
+1 / sqrt(2 N)."""
 
-USED_BAND = 2.56
-"""Sampling rate over the highest frequency that an analyser shows."""
+SHAKEN = (
+    "without a measured force masses, stiffnesses and dampings are known up to a common factor "
+    "only: their total is the model's"
+)
 
 
 @dataclass(frozen=True)
@@ -57,6 +61,8 @@ class Prepared:
         kinds: channel -> quantity.
         faults: of instruments, as the training recordings' samples show them.
         notes: what the reader should know.
+        simulated: whether hypotheses are judged by their simulation: the ground alone shakes a
+            structure whose numbers are hardly known.
     """
 
     twin: Twin
@@ -65,6 +71,7 @@ class Prepared:
     kinds: Mapping[str, str]
     faults: tuple[ReadOff, ...]
     notes: tuple[str, ...]
+    simulated: bool = False
 
 
 def prepare(
@@ -92,24 +99,32 @@ def prepare(
     """
     if not train or not test:
         raise RecordingError("a diagnosis needs at least one training and one test recording")
-    _no_overlap(train, test)
+    no_overlap(train, test)
     notes: list[str] = []
-    everything = [_of_model(twin, r, notes) for r in (*train, *test)]
-    everything = _one_rate(everything, notes)
+    everything = [of_model(twin, r, notes) for r in (*train, *test)]
+    everything = one_rate(everything, min(r.sampling_hz for r in everything), notes)
     inputs = sorted({name for r in everything for name in r.inputs})
-    outputs = _common(everything, inputs, notes)
+    outputs = common(everything, inputs, notes)
     if "force_ground" in inputs and twin.clamped:
         twin = twin.released()
         notes.append("the ground is driven, so its clamp is taken as undone")
-    rate = everything[0].sampling_hz
+    shaken = not any(name in inputs for name in names_in(twin.compile())["actuator"])
+    band = Banded(tuple(everything), {}, ())
+    if shaken:
+        notes.append(SHAKEN)
+        band = banded(everything, len(train), tolerance, 3 * LEAST_SAMPLES * len(outputs))
+    everything, rate = list(band.recordings), band.recordings[0].sampling_hz
+    notes += band.notes
     model = twin.linear(inputs, outputs, rate / USED_BAND)
     _masses(model, added_mass or {})
     slowest = _slowest(model)
-    kinds = {n: r.channel(n).kind for r in everything for n in (*inputs, *outputs) if _has(r, n)}
+    kinds = {n: r.channel(n).kind for r in everything for n in (*inputs, *outputs) if has(r, n)}
     measured = [
         _measured(r, model, kinds, slowest, (added_mass or {}).get(r.source, {}), notes)
         for r in everything
     ]
+    if band.input_noise:
+        measured = [_in_band(m, band, model, rate, notes) for m in measured]
     read = read_off(measured, model, kinds, rate)
     measured = [m for m, _ in read]
     notes += [_hidden(f) for _, found in read for f in found if f.hidden]
@@ -126,85 +141,30 @@ def prepare(
     )
     notes += [*known, *checked(twin, train_problem)]
     faults = tuple(f for _, found in read[: len(train)] for f in found)
-    return Prepared(twin, train_problem, test_problem, kinds, faults, tuple(notes))
+    return Prepared(
+        twin, train_problem, test_problem, kinds, faults, tuple(notes), bool(band.input_noise)
+    )
+
+
+def _in_band(
+    measured: Measured, band: Banded, model: LinearModel, rate: float, notes: list[str]
+) -> Measured:
+    """Return a recording with the noise that its inputs show above the band, outputs in order."""
+    y, noise, order = (
+        measured.y,
+        measured.output_noise,
+        read_order(model, measured.u, measured.y, rate),
+    )
+    if order != tuple(range(y.shape[1])):
+        notes.append(in_words(measured.name, model.outputs, order))
+        y, noise = y[:, order], noise[list(order)]
+    return replace(measured, y=y, output_noise=noise, input_noise=band.input_noise[measured.name],
+                   input_deviation=SEEN_ABOVE)  # fmt: skip
 
 
 def _hidden(found: ReadOff) -> str:
     where = found.fault
     return f"{found.recording}: {where.name} hides {found.hidden} samples of {where.place}"
-
-
-def _has(recording: Recording, name: str) -> bool:
-    return bare(name) in {bare(n) for n in recording.names}
-
-
-def _no_overlap(train: Sequence[Recording], test: Sequence[Recording]) -> None:
-    for t in test:
-        for other in train:
-            if t.data.shape == other.data.shape and np.array_equal(t.data, other.data):
-                raise RecordingError(
-                    f"{t.source}: is a test recording and, as {other.source}, a training one, too; "
-                    "a test must be unseen"
-                )
-
-
-def _of_model(twin: Twin, recording: Recording, notes: list[str]) -> Recording:
-    """Return the channels that the model has; a force or a motion that it has not is refused."""
-    names = names_in(twin.compile())
-    there = set(names["actuator"]) | set(names["sensor"]) | {"acc_ground"}
-    kept = [c for c in recording.channels if {c.name, c.element, bare(c.name)} & there]
-    lost = [c for c in recording.channels if c not in kept]
-    meant = [c.name for c in lost if c.is_input or c.kind in MOTIONS]
-    if meant or not kept:
-        unknown = (meant or list(recording.names))[0]
-        raise RecordingError(
-            f"{recording.source}: channel '{unknown}' is not in {twin.source}; it has "
-            f"{available(sorted(there))}; `twin convert` with --map leaves out what is not wanted"
-        )
-    if lost:
-        left = ", ".join(c.name for c in lost)
-        notes.append(f"{recording.source}: not in the model, so not used: {left}")
-    kept_recording = recording.select([c.name for c in kept])
-    if not kept_recording.inputs:
-        raise RecordingError(
-            f"{recording.source}: nothing drives the structure: no force that is not zero "
-            f"throughout and no acc_ground as a shake table's; it has {available(recording.names)}"
-        )
-    return kept_recording
-
-
-def _one_rate(recordings: Sequence[Recording], notes: list[str]) -> list[Recording]:
-    """Resample to the lowest rate, and say so."""
-    rate = min(r.sampling_hz for r in recordings)
-    out = []
-    for r in recordings:
-        if abs(r.sampling_hz / rate - 1) > 1e-9:
-            try:
-                data = resample(r.data, r.sampling_hz, rate)
-            except ValueError as error:
-                raise RecordingError(
-                    f"{r.source}: cannot be brought to {rate:g} Hz: {error}"
-                ) from None
-            notes.append(f"{r.source}: resampled from {r.sampling_hz:g} to {rate:g} Hz")
-            r = Recording(rate, r.channels, data, r.source, r.start_s, r.notes)
-        out.append(r)
-    return out
-
-
-def _common(
-    recordings: Sequence[Recording], inputs: Sequence[str], notes: list[str]
-) -> tuple[str, ...]:
-    """Return the outputs that all recordings have."""
-    every = list(dict.fromkeys(n for r in recordings for n in r.outputs if n not in inputs))
-    common = [n for n in every if all(_has(r, n) for r in recordings)]
-    if not common:
-        raise RecordingError(
-            f"{recordings[0].source}: no output channel that all recordings have; it has "
-            f"{available(recordings[0].names)}"
-        )
-    if left := [n for n in every if n not in common]:
-        notes.append(f"not in every recording, so not used: {', '.join(left)}")
-    return tuple(common)
 
 
 def _masses(model: LinearModel, added: Mapping[str, Mapping[str, float]]) -> None:
@@ -229,7 +189,7 @@ def _measured(
     mass: Mapping[str, float], notes: list[str],
 ) -> Measured:  # fmt: skip
     u = np.column_stack(
-        [recording.column(n) if _has(recording, n) else np.zeros(recording.samples)
+        [recording.column(n) if has(recording, n) else np.zeros(recording.samples)
          for n in model.inputs]
     )  # fmt: skip
     y = recording.matrix(model.outputs) - model.rest

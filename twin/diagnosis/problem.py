@@ -49,6 +49,7 @@ class Measured:
         y: measured outputs in the model's order; NaN where a sample is left out, (samples, m).
         input_noise, output_noise: standard deviations that the samples themselves show, (r,), (m,).
         added_mass: body -> mass bolted on for this recording [kg].
+        input_deviation: prior deviation of the logarithm of the inputs' noise levels.
     """
 
     name: str
@@ -57,6 +58,7 @@ class Measured:
     input_noise: Array
     output_noise: Array
     added_mass: Mapping[str, float] = field(default_factory=dict)
+    input_deviation: float = NOISE_DEVIATION
 
     def __post_init__(self) -> None:
         for name in ("u", "y", "input_noise", "output_noise"):
@@ -279,7 +281,7 @@ class Problem:
                 if r.driven[i]:
                     level = max(r.input_noise[i], 1e-5 * float(np.sqrt(np.mean(r.u[:, i] ** 2))))
                     out.append(Unknown(f"noise of {name} in {r.name}", float(np.log(level)),
-                                       NOISE_DEVIATION, True, "noise", t))  # fmt: skip
+                                       r.input_deviation, True, "noise", t))  # fmt: skip
             out.append(Unknown(f"process noise in {r.name}", float(np.log(self.process_levels[t])),
                                PROCESS_DEVIATION, True, "noise", t))  # fmt: skip
         return tuple(out)

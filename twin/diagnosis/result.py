@@ -10,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.diagnosis.errors_of_runs import Fits
 from twin.mechanisms.mechanism import Mechanism
 from twin.model import Twin
 from twin.presentable import Presentable
@@ -46,24 +47,6 @@ class Finding:
     def location(self) -> str:
         """Where it is."""
         return self.mechanism.place
-
-
-@dataclass(frozen=True)
-class Errors:
-    """NRMSE of the simulated outputs, pooled over the output channels of all recordings."""
-
-    nominal: float
-    calibrated: float
-    explained: float
-    noise_floor: float
-
-
-@dataclass(frozen=True)
-class Fits:
-    """Errors on the training and on the test recordings."""
-
-    train: Errors
-    test: Errors
 
 
 @dataclass(frozen=True)
@@ -211,8 +194,9 @@ class Diagnosis(Presentable):
             what = f"{mechanism.name} at {mechanism.place}"
             yield what, f"probability {finding.probability:.3g}: {values}"
         test = self.fit.test
-        before, after = 100 * test.calibrated, 100 * test.explained
-        yield "unseen recordings", f"error {before:.3g} % of RMS before, {after:.3g} % after"
+        after = f"{100 * test.explained:.3g} % after"
+        after += f", {100 * test.stated:.3g} % foretold" if test.stated is not None else ""
+        yield "unseen recordings", f"error {100 * test.calibrated:.3g} % of RMS before, {after}"
         for note in self.notes:
             yield "note", note
 
@@ -251,7 +235,8 @@ def as_json(diagnosis: Diagnosis, twin: str | None) -> dict[str, Any]:
 
     def errors(fits: Fits) -> dict[str, Any]:
         roles = {"train": fits.train, "test": fits.test}
-        return {role: {k: float(v) for k, v in vars(e).items()} for role, e in roles.items()}
+        return {role: {k: float(v) for k, v in vars(e).items() if v is not None}
+                for role, e in roles.items()}  # fmt: skip
 
     following = diagnosis.next_experiment
     return {

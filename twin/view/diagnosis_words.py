@@ -205,11 +205,12 @@ def proof_sentence(diagnosis: Diagnosis) -> str:
     """Return in one sentence what the explanation does to recordings it has not seen."""
     test = diagnosis.fit.test
     floor = f"noise floor {percent(test.noise_floor)}"
+    stated = "" if test.stated is None else f"; {percent(test.stated)} was stated beforehand"
     if not diagnosis.findings:
         return f"Error on unseen recordings: {percent(test.calibrated)} of RMS ({floor})."
     return (
         f"With it the error on unseen recordings is {percent(test.explained)} of RMS instead of "
-        f"{percent(test.calibrated)} after calibration ({floor})."
+        f"{percent(test.calibrated)} after calibration ({floor}{stated})."
     )
 
 

@@ -1,0 +1,137 @@
+"""A structure whose numbers nobody knows, shaken strongly by the ground: simulations judge."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from shaken_support import chain, ground, shaken
+
+from twin.diagnosis.by_simulation import beside, loosened, search_by_simulation
+from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.offer import offer
+from twin.diagnosis.pipeline import diagnose
+from twin.diagnosis.prepare import prepare
+from twin.diagnosis.result import as_json
+from twin.diagnosis.simulation import OutputError, climb, independent_share
+
+RATE = 32.0
+MASSES, STIFFNESSES, DAMPERS = [1.4, 0.9, 1.1], [24.0, 6e3, 5e3], [0.8, 7.0, 7.0]
+ROUND = [1.0, 1.0, 1.0], [40.0, 4e3, 4e3]
+SLIP = (40.0, 1.0)
+NAMES = ("weak.csv", "strong.csv", "unseen.csv")
+
+
+def motions(slip):
+    levels = zip(NAMES, (0.4, 1.0, 0.7), strict=True)
+    return [
+        shaken(MASSES, STIFFNESSES, DAMPERS, ground(60, RATE, seed, level), RATE, name, slip)
+        for seed, (name, level) in enumerate(levels)
+    ]
+
+
+@pytest.fixture(scope="module")
+def plain():
+    weak, strong, unseen = motions(None)
+    return prepare(chain(*ROUND), [weak, strong], [unseen], 1.0, 1.0)
+
+
+@pytest.fixture(scope="module")
+def slipping():
+    weak, strong, unseen = motions(SLIP)
+    return diagnose(chain(*ROUND), [weak, strong], [unseen], unknown=True)
+
+
+def test_a_linear_building_is_calibrated_from_round_numbers_up_to_its_scale(plain):
+    assert plain.simulated
+    searched = search_by_simulation(plain.train, offer(plain.train, plain.kinds))
+    assert searched.found.best.labels == ()
+    values = searched.found.nothing.fit.values
+    total = sum(values[f"mass floor{i}"] for i in (1, 2, 3))
+    assert values["stiffness storey1"] / total == pytest.approx(
+        STIFFNESSES[0] / sum(MASSES), rel=0.02
+    )
+    assert searched.stated < 0.05
+
+
+def test_an_isolation_that_slips_is_located_and_named(slipping):
+    first = slipping.findings[0]
+    assert (first.mechanism.name, first.location) == ("hysteresis", "storey1")
+    assert all(f.location in ("storey1", "floor1") for f in slipping.findings)
+    assert slipping.verdict == "missing_physics"
+    assert slipping.fit.test.explained < 0.5 * slipping.fit.test.calibrated
+
+
+def test_the_error_is_stated_beforehand_and_written(slipping):
+    test = slipping.fit.test
+    assert test.stated is not None
+    assert 1 / 3 < test.stated / test.explained < 3
+    assert as_json(slipping, None)["fit"]["test"]["stated"] == test.stated
+    assert "stated" not in as_json(slipping, None)["fit"]["train"]
+
+
+def test_what_was_done_is_said(slipping):
+    said = " ".join(slipping.notes)
+    assert "up to a common factor" in said
+    assert "Hz" in said
+
+
+def test_the_simulation_has_the_slopes_of_its_differences(plain):
+    model = OutputError(empty(plain))
+    z = np.zeros(len(model.hypothesis.unknowns))
+    r = np.vstack(model.residuals(z))
+    J = model.slopes(z, r, model.free[:3])
+    for column, i in enumerate(model.free[:3]):
+        both = []
+        for sign in (1, -1):
+            near = z.copy()
+            near[i] += sign * 1e-3
+            both.append(np.vstack(model.residuals(near)))
+        central = (both[0] - both[1]) / 2e-3
+        assert np.linalg.norm(J[..., column] - central) < 0.01 * np.linalg.norm(central)
+
+
+def empty(ready):
+    return Hypothesis(ready.train)
+
+
+def test_a_climb_goes_up_and_only_moves_what_it_may(plain):
+    model = OutputError(empty(plain), 0.1)
+    z = np.zeros(len(model.hypothesis.unknowns))
+    found = climb(model, z, 3, model.free[:2])
+    assert found.log_posterior > model.log_posterior(z)[0]
+    assert np.array_equal(np.flatnonzero(found.z), model.free[:2])
+
+
+def test_the_calibrated_twin_is_freed_from_its_tolerances(plain):
+    narrow = replace(plain.train, tolerance=0.05, damping_tolerance=0.05)
+    nothing = search_by_simulation(narrow, lambda moved, runs: []).found.nothing
+    free = loosened(nothing, 1.0)
+    assert free.hypothesis.problem.tolerance == 1.0
+    ours, theirs = (
+        float(np.linalg.norm(np.vstack(OutputError(e.hypothesis).residuals(e.fit.z))))
+        for e in (free, nothing)
+    )
+    assert ours < 0.5 * theirs
+    assert loosened(free, 1.0) is free
+
+
+def test_a_hypothesis_is_taken_to_other_recordings(plain):
+    h = empty(plain)
+    z = np.arange(len(h.unknowns)) * 1e-3
+    there, values = beside(h, z, [1])
+    assert [r.name for r in there.problem.recordings] == ["strong.csv"]
+    names = [u.name for u in h.unknowns]
+    assert values[0] == z[0]
+    assert values[-1] == z[names.index(there.unknowns[-1].name)]
+
+
+def test_samples_that_follow_each_other_count_for_less():
+    draw = np.random.default_rng(0)
+    white = draw.standard_normal((4000, 2))
+    a, slow = 0.9, np.zeros((4000, 2))
+    for k in range(1, 4000):
+        slow[k] = a * slow[k - 1] + white[k]
+    assert independent_share([white]) == pytest.approx(1.0, abs=0.1)
+    # of a first-order process: sum of a^2k
+    expected = (1 - a**2) / (1 + a**2)
+    assert independent_share([slow]) == pytest.approx(expected, rel=0.3)

@@ -1,0 +1,259 @@
+"""The search where the ground alone shakes a structure whose numbers are not known.
+
+A motion that is strong throughout has no gentle part on which a linear twin could be calibrated,
+and a predictor that listens to the outputs lets process noise stand for what the twin lacks. Here
+every hypothesis is judged by its simulation (``simulation``): laws are added at ports while one
+pays for itself, by a score test of every law at every port, a fit of the most promising, and
+evidence by Laplace's method, at the price that any law at any place is as likely as another.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.diagnosis.beginning import added, moved_to
+from twin.diagnosis.candidates import Candidate, scales_of
+from twin.diagnosis.explanation import Explanation
+from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.problem import Problem
+from twin.diagnosis.search import Found, Offer
+from twin.diagnosis.simulation import OutputError, Simulated, climb, independent_share
+from twin.diagnosis.valleys import Score
+from twin.estimation.fit import Fit
+from twin.mechanisms.mechanism import Law
+
+Array = NDArray[np.float64]
+
+WIDTH = 4
+"""Candidates of a screening that are fitted in a search step."""
+
+MOST = 2
+"""Laws at most: a simulation of strong motion tells no third one from what the first two lack."""
+
+ENOUGH = 3.0
+"""Log odds [nat] by which a law must pay for itself: 1 to 20."""
+
+SMALL = 0.1
+"""Share of a first guess at which its direction is taken: a law that slips has none at zero."""
+
+STEPS = 30
+"""Steps of a fit at most."""
+
+STRENGTHS = (0.1, 10.0)
+"""Strengths in first guesses between which a fit begins."""
+
+QUIET = -4.0
+"""Process noise in prior deviations: none."""
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A hypothesis and its maximum; ``log_odds`` is its evidence less what the set costs."""
+
+    hypothesis: Hypothesis
+    found: Simulated
+    log_odds: float
+
+
+@dataclass(frozen=True)
+class Searched:
+    """What the search found, and the error that it states beforehand.
+
+    Attributes:
+        found: as any search returns it.
+        stated: NRMSE that a recording that was not seen will have: the RMS over the training
+            recordings of each one's by a twin that is fitted to the others.
+    """
+
+    found: Found
+    stated: float
+
+
+def search_by_simulation(
+    problem: Problem, offer: Offer, tell: Callable[[str], None] = lambda message: None
+) -> Searched:
+    """Find the laws whose simulations explain the recordings.
+
+    Args:
+        problem: the estimation problem.
+        offer: returns all candidates, given the motion of each recording.
+        tell: is told each step.
+    """
+    empty = Hypothesis(problem)
+    begin = np.zeros(len(empty.unknowns))
+    first = _climbed(OutputError(empty), begin)
+    tau = independent_share(OutputError(empty).residuals(first.z))
+    first = _climbed(OutputError(empty, tau), begin)
+    nothing = best = Fitted(empty, first, first.log_evidence)
+    tried: list[Fitted] = []
+    screened = []
+    for step in range(MOST):
+        tell(f"search step {step + 1}: screening")
+        moved = OutputError(best.hypothesis).motion(best.found.z)
+        here = replace(best.hypothesis, scales=scales_of(problem, moved))
+        own = {(m.name, m.place) for m in here.mechanisms}
+        candidates = [c for c in offer(moved, ()) if isinstance(c.starts[0], Law)
+                      and c.label not in own]  # fmt: skip
+        cost = float(np.log(max(len(candidates), 2)))
+        scores = _screened(OutputError(here, tau), best.found, candidates)
+        screened.append(tuple(scores))
+        fits = []
+        for number, score in enumerate([s for s in scores if s.gain > cost][:WIDTH]):
+            what = " at ".join(score.candidate.label)
+            tell(f"search step {step + 1}: fitting {what} ({number + 1})")
+            grown = added(here, score.candidate, score.start)
+            z = moved_to(grown, here, best.found.z, score.start)
+            fitted = climb(OutputError(grown, tau), z, STEPS)
+            if fitted is not None:
+                odds = fitted.log_evidence - cost * len(grown.mechanisms)
+                fits.append(Fitted(grown, fitted, odds))
+        tried += fits
+        top = max(fits, key=lambda f: f.log_odds, default=best)
+        if top.log_odds <= best.log_odds + ENOUGH:
+            break
+        best = top
+    tell("predicting each recording from the others")
+    stated = stated_error(best.hypothesis, best.found.z, tau)
+    motion = OutputError(best.hypothesis).motion(best.found.z)
+    others = sorted((f for f in tried if f is not best), key=lambda f: -f.log_odds)
+    found = Found(
+        explanation(nothing), explanation(best), tuple(explanation(f) for f in others),
+        tuple(screened), motion,
+    )  # fmt: skip
+    return Searched(found, stated)
+
+
+def loosened(nothing: Explanation, tolerance: float) -> Explanation:
+    """Return the calibrated twin with its masses, stiffnesses and dampings freed.
+
+    Args:
+        nothing: the same within its tolerances.
+        tolerance: instead of them.
+    """
+    own = nothing.hypothesis.problem
+    if min(own.tolerance, own.damping_tolerance) >= tolerance:
+        return nothing
+    free = Hypothesis(replace(own, tolerance=tolerance, damping_tolerance=tolerance))
+    z = np.zeros(len(free.unknowns))
+    tau = independent_share(OutputError(free).residuals(nothing.fit.z))
+    found = _climbed(OutputError(free, tau), z)
+    return explanation(Fitted(free, found, found.log_evidence))
+
+
+def _climbed(model: OutputError, z: Array) -> Simulated:
+    found = climb(model, z, STEPS)
+    if found is None:
+        raise ValueError("the nominal twin has no simulation")
+    return found
+
+
+def _screened(model: OutputError, found: Simulated, candidates: Sequence[Candidate]) -> list[Score]:
+    """Return the best first guess of every candidate by the score test (Rao 1948)."""
+    here, z = model.hypothesis, found.z
+    r = np.vstack(model.residuals(z))
+    root = np.linalg.inv(np.linalg.cholesky(model.covariance(r)))
+    scale = np.sqrt(model.tau)
+    J = model.slopes(z, r, model.free)
+    white = scale * (r @ root.T).ravel()
+    slopes = scale * np.einsum("ij,njp->nip", root, J).reshape(len(white), -1)
+    q, _ = np.linalg.qr(np.vstack([slopes, np.eye(slopes.shape[1])]))
+    basis, prior = q[: len(white)], q[len(white) :]
+    told = basis.T @ white + prior.T @ z[model.free]
+    best = {c.label: Score(c, c.starts[0], 0.0) for c in candidates}
+    for candidate in candidates:
+        for start in candidate.starts:
+            grown = added(here, candidate, start)
+            weak = start.scaled(SMALL)
+            point = moved_to(grown, here, z, weak)
+            try:
+                changed = np.vstack(OutputError(grown).residuals(point))
+            except (ValueError, np.linalg.LinAlgError):
+                continue
+            if not np.all(np.isfinite(changed)):
+                continue
+            d = scale * ((changed - r) @ root.T).ravel() / SMALL
+            across = basis.T @ d
+            s = float(d @ white - across @ told)
+            information = max(float(d @ d - across @ across), 1e-9 * float(d @ d), 1e-300)
+            strength = -s / information
+            if strength <= 0:
+                continue
+            # a slope tells nothing of what is far stronger than the motion it was guessed from
+            inside = min(strength, STRENGTHS[1])
+            gain = -s * inside - 0.5 * information * inside**2
+            if gain > best[candidate.label].gain:
+                begun = start.scaled(max(inside, STRENGTHS[0]))
+                best[candidate.label] = Score(candidate, begun, gain)
+    return sorted(best.values(), key=lambda score: -score.gain)
+
+
+def stated_error(hypothesis: Hypothesis, z: Array, tau: float) -> float:
+    """Return the NRMSE that an unseen recording will have, from the training recordings alone.
+
+    Each is predicted by the twin that is fitted to the others; a single one by the fit to itself.
+    """
+    problem = hypothesis.problem
+    count = len(problem.recordings)
+    squares = []
+    for left in range(count):
+        rest = [t for t in range(count) if t != left] or [left]
+        part, start = beside(hypothesis, z, rest)
+        fitted = climb(OutputError(part, tau), start, STEPS // 3)
+        own, there = beside(part, start if fitted is None else fitted.z, [left], problem)
+        (r,) = OutputError(own).residuals(there)
+        squares.append(float(np.sum(r**2) / np.nansum(problem.recordings[left].y ** 2)))
+    return float(np.sqrt(np.mean(squares)))
+
+
+def beside(
+    hypothesis: Hypothesis, z: Array, trials: Sequence[int], problem: Problem | None = None
+) -> tuple[Hypothesis, Array]:
+    """Return a hypothesis with some recordings of a problem, its own without one, and values."""
+    source = problem or hypothesis.problem
+    known = {u.name: float(x) for u, x in zip(hypothesis.unknowns, z, strict=True)}
+    there = replace(
+        hypothesis.problem, recordings=tuple(source.recordings[t] for t in trials),
+        scale=source.scale[list(trials)],
+    )  # fmt: skip
+    here = replace(hypothesis, problem=there)
+    return here, np.array([known.get(u.name, 0.0) for u in here.unknowns])
+
+
+def explanation(fitted: Fitted) -> Explanation:
+    """Return the same as any search has it, with the noise that its residuals are.
+
+    The discrepancy of each law is the share of its force that the residuals are of the outputs.
+    """
+    hypothesis, found = fitted.hypothesis, fitted.found
+    model, problem = OutputError(hypothesis), hypothesis.problem
+    z = found.z.copy()
+    pieces = model.residuals(z)
+    error = np.sqrt(sum(float(np.sum(p**2)) for p in pieces)
+                    / sum(float(np.nansum(r.y**2)) for r in problem.recordings))  # fmt: skip
+    forces = model.law_forces(z)
+    level = dict[str, float]()
+    for t, piece in enumerate(pieces):
+        name = problem.recordings[t].name
+        rms = np.sqrt(np.mean(piece**2, axis=0))
+        level |= {
+            f"noise of {o} in {name}": v for o, v in zip(problem.model.outputs, rms, strict=True)
+        }
+    for law, force in zip(hypothesis.laws, forces, strict=True):
+        level[f"discrepancy {law.place}"] = error * force
+    for i, unknown in enumerate(hypothesis.unknowns):
+        if unknown.name in level:
+            value = np.log(max(level[unknown.name], 1e-300))
+            z[i] = (value - unknown.mean) / unknown.deviation
+        elif unknown.name.startswith("process noise"):
+            z[i] = QUIET
+    covariance = np.eye(len(z))
+    covariance[np.ix_(model.free, model.free)] = found.covariance
+    fit = Fit(
+        hypothesis, z, covariance, found.log_posterior, found.log_posterior, found.log_evidence,
+        "converged", STEPS,
+    )  # fmt: skip
+    return Explanation(hypothesis, fit, fitted.log_odds)
