@@ -117,7 +117,9 @@ def main(arguments: Sequence[str] | None = None) -> dict[str, Any]:
     for held in given.held or recordings:
         kept[held] = row = predicted(recordings, held, given.tolerance)
         cells = ["-" if row[c] is None else f"{row[c]:.3f}" for c in columns]
-        table.add_row(held, ", ".join(row["found"]), *cells, f"{row['seconds']:.0f}")
+        cells = [held, ", ".join(row["found"]), *cells, f"{row['seconds']:.0f}"]
+        table.add_row(*cells)
+        print("; ".join(cells), flush=True)
     Console(width=160).print(table)
     for note in dict.fromkeys(note for row in kept.values() for note in row["notes"]):
         print(f"note: {note}")

@@ -16,6 +16,7 @@ import argparse
 import json
 import sys
 import tempfile
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -166,11 +167,8 @@ def case(name: str, twin: Twin, controller: Controller, delay: int) -> dict[str,
     }  # fmt: skip
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--to", type=Path, default=TARGET)
-    parser.add_argument("--only", choices=list(CONCEALED))
-    given = parser.parse_args()
+def cases(names: Sequence[str]) -> list[dict[str, Any]]:
+    """Return what was found in closed loop of each concealed fault of the motor."""
     design = FrameDesign(kind="lumped", pendulum=Pendulum(damping=Absorber().damping))
     with tempfile.TemporaryDirectory() as folder:
         model = Path(folder) / "absorber_lumped.xml"
@@ -179,9 +177,18 @@ def main() -> None:
         plant = Plant(twin, "force_floor1", delay=1)
         controller = replace(Settings(), ramp_s=0.0).design(plant.linear(), plant.delay)
         rows = []
-        for name in CONCEALED if given.only is None else [given.only]:
+        for name in names:
             rows.append(case(name, twin, controller, plant.delay))
             print(json.dumps(rows[-1]), flush=True)
+    return rows
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--to", type=Path, default=TARGET)
+    parser.add_argument("--only", choices=list(CONCEALED))
+    given = parser.parse_args()
+    rows = cases(list(CONCEALED) if given.only is None else [given.only])
     if given.only is None:
         text = json.dumps({"command": "python experiments/controlled_run.py", "cases": rows},
                           indent=1, allow_nan=False) + "\n"  # fmt: skip

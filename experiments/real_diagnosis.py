@@ -1,10 +1,11 @@
 """Recordings that nobody here made: what a linear twin leaves unexplained, and what is found in it.
 
-    python experiments/real_diagnosis.py DATA [--only f16 robot_arm silverbox bouc_wen]
+    python experiments/real_diagnosis.py DATA [--only f16 robot_arm silverbox bouc_wen ...]
 
-DATA holds the folders ``f16_gvt``, ``robot_arm`` and ``silverbox`` (``twin fetch`` gets the first
-and the last as other files); the Bouc-Wen benchmark is generated. Results of each part are kept in
-``experiments/results/real.json``, those of other parts stay as they are.
+DATA holds the folders ``f16_gvt``, ``robot_arm``, ``silverbox``, ``bncs`` and ``emps`` (``twin
+fetch`` gets the first and the third as other files); the Bouc-Wen benchmark and the controlled run
+are generated. Results of each part are kept in ``experiments/results/real.json``, those of other
+parts stay as they are; one table over all of them ends the output.
 """
 
 from __future__ import annotations
@@ -24,7 +25,14 @@ from rich.table import Table
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 
-from experiments import bouc_wen, real_recordings, silverbox
+from experiments import (
+    bncs,
+    bouc_wen,
+    controlled_run,
+    emps_diagnosed,
+    real_recordings,
+    silverbox,
+)
 from twin.diagnosis.pipeline import diagnose
 from twin.formats import read_recording
 from twin.model import Twin
@@ -164,12 +172,49 @@ def bouc_wen_system(data: Path) -> dict[str, Any]:
     return bouc_wen.result(found)
 
 
+def isolated_building(data: Path) -> dict[str, Any]:
+    """Predict each motion of the base-isolated building from the others."""
+    files = sorted((data / "bncs").glob("*.csv"))
+    recordings = {path.stem: read_recording(path) for path in files}
+    rows = {held: bncs.predicted(recordings, held, None) for held in recordings}
+    return {
+        held: {key: row[key] for key in row if isinstance(row[key], float)}
+        | {"found": ", ".join(row["found"])}
+        for held, row in rows.items()
+    }
+
+
+def slide(data: Path) -> dict[str, Any]:
+    """Diagnose EMPS: its first half explained, its second one predicted."""
+    found = emps_diagnosed.diagnosed(read_recording(data / "emps" / "DATA_EMPS.csv"))
+    names = [name for name in found["found"] if name != "slide"]
+    return {
+        "found": ", ".join(names),
+        "values": {name: dict(values) for name, values in found["found"].items()},
+        "error_on_the_second_half": found["error_on_the_second_half"],
+    }
+
+
+def controlled(data: Path) -> dict[str, Any]:
+    """Diagnose the absorber in closed loop, one fault of its motor at a time."""
+    rows = controlled_run.cases(list(controlled_run.CONCEALED))
+    return {
+        row["concealed"]: {"found": row["named"] or "nothing", **row["unseen_error"]}
+        for row in rows
+    }
+
+
 PARTS: dict[str, Callable[[Path], dict[str, Any]]] = {
     "f16": f16,
     "robot_arm": robot_arm,
     "silverbox": silverbox_box,
     "bouc_wen": bouc_wen_system,
+    "bncs": isolated_building,
+    "emps": slide,
+    "controlled": controlled,
 }
+GENERATED = ("bouc_wen", "controlled")
+"""Parts that need no recording of DATA."""
 
 
 def show(console: Console, kept: dict[str, Any]) -> None:
@@ -188,6 +233,43 @@ def show(console: Console, kept: dict[str, Any]) -> None:
             else:
                 table.add_row(key, str(value))
         console.print(table)
+    console.print(overview(kept))
+
+
+def overview(kept: dict[str, Any]) -> Table:
+    """Return one table: what was found, errors of a linear and of the explained twin, unseen."""
+    table = Table("recording", "found", "linear", "explained", title="All of them")
+
+    def row(name: str, found: str, linear: float | None, explained: float | None) -> None:
+        errors = ("-" if e is None else f"{e:.3g}" for e in (linear, explained))
+        table.add_row(name, found, *errors)
+
+    for name, part in kept.items():
+        found = ", ".join(f"{f['mechanism']} {f['location']}" for f in part.get("findings", ()))
+        if name == "f16":
+            row("F-16, level 1", "modes", part["linear model, unseen periods"], None)
+        elif name == "robot_arm":
+            row("robot arm", "modes", part["linear model, unseen part"], None)
+        elif name == "silverbox":
+            error = part["error_mV"]
+            row("Silverbox, arrow [mV]", found, error["calibrated"], error["explained"])
+        elif name == "bncs":
+            for held in (k for k, v in part.items() if isinstance(v, dict)):
+                own = part[held]
+                linear, explained = own["calibrated linear twin"], own["explained twin"]
+                row(f"BNCS, {held}", own["found"], linear, explained)
+        elif name == "emps":
+            error = part["error_on_the_second_half"]
+            row("EMPS, second half", part["found"], None, error["found"]["free_run"])
+            row("EMPS, published model", "", None, error["published"]["free_run"])
+        elif name == "controlled":
+            for fault in (k for k, v in part.items() if isinstance(v, dict)):
+                own = part[fault]
+                row(f"controlled, {fault}", own["found"], own["calibrated"], own["explained"])
+        elif name == "bouc_wen":
+            for file, own in part["rms_error_m"].items():
+                row(f"Bouc-Wen, {file} [m]", found, own["calibrated"], own["explained"])
+    return table
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -202,7 +284,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         kept = json.loads(chosen.json.read_text())
     for name in chosen.only:
         folder = {"f16": "f16_gvt"}.get(name, name)
-        if name != "bouc_wen" and not (chosen.data / folder).is_dir():
+        if name not in GENERATED and not (chosen.data / folder).is_dir():
             print(f"{name}: no folder {chosen.data / folder}, left out")
             continue
         begin = time.perf_counter()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from shaken_support import chain, ground, shaken
 
-from twin.diagnosis.by_simulation import beside, loosened, search_by_simulation
+from twin.diagnosis.by_simulation import beside, loosened, search_by_simulation, stated_error
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.offer import offer
 from twin.diagnosis.pipeline import diagnose
@@ -43,7 +43,7 @@ def slipping():
 
 def test_a_linear_building_is_calibrated_from_round_numbers_up_to_its_scale(plain):
     assert plain.simulated
-    searched = search_by_simulation(plain.train, offer(plain.train, plain.kinds))
+    searched = search_by_simulation(plain.train, plain.test, offer(plain.train, plain.kinds))
     assert searched.found.best.labels == ()
     values = searched.found.nothing.fit.values
     total = sum(values[f"mass floor{i}"] for i in (1, 2, 3))
@@ -67,6 +67,16 @@ def test_the_error_is_stated_beforehand_and_written(slipping):
     assert 1 / 3 < test.stated / test.explained < 3
     assert as_json(slipping, None)["fit"]["test"]["stated"] == test.stated
     assert "stated" not in as_json(slipping, None)["fit"]["train"]
+
+
+def test_the_stated_error_does_not_see_the_outputs(plain):
+    h = empty(plain)
+    z = climb(OutputError(h, 0.1), np.zeros(len(h.unknowns)), 20).z
+    (own,) = plain.test.recordings
+    blind = replace(plain.test, recordings=(replace(own, y=own.y + 1.0),))
+    assert stated_error(h, z, 0.1, blind) == stated_error(h, z, 0.1, plain.test)
+    alone, _ = beside(h, z, [0])
+    assert stated_error(alone, beside(h, z, [0])[1], 0.1, blind) > 0
 
 
 def test_what_was_done_is_said(slipping):
@@ -104,7 +114,7 @@ def test_a_climb_goes_up_and_only_moves_what_it_may(plain):
 
 def test_the_calibrated_twin_is_freed_from_its_tolerances(plain):
     narrow = replace(plain.train, tolerance=0.05, damping_tolerance=0.05)
-    nothing = search_by_simulation(narrow, lambda moved, runs: []).found.nothing
+    nothing = search_by_simulation(narrow, plain.test, lambda moved, runs: []).found.nothing
     free = loosened(nothing, 1.0)
     assert free.hypothesis.problem.tolerance == 1.0
     ours, theirs = (

@@ -65,8 +65,7 @@ class Searched:
 
     Attributes:
         found: as any search returns it.
-        stated: NRMSE that a recording that was not seen will have: the RMS over the training
-            recordings of each one's by a twin that is fitted to the others.
+        stated: NRMSE that the recordings that were not seen will have (``stated_error``).
     """
 
     found: Found
@@ -74,12 +73,14 @@ class Searched:
 
 
 def search_by_simulation(
-    problem: Problem, offer: Offer, tell: Callable[[str], None] = lambda message: None
-) -> Searched:
+    problem: Problem, unseen: Problem, offer: Offer,
+    tell: Callable[[str], None] = lambda message: None,
+) -> Searched:  # fmt: skip
     """Find the laws whose simulations explain the recordings.
 
     Args:
         problem: the estimation problem.
+        unseen: recordings of which the error is stated; their outputs are not used.
         offer: returns all candidates, given the motion of each recording.
         tell: is told each step.
     """
@@ -116,8 +117,8 @@ def search_by_simulation(
         if top.log_odds <= best.log_odds + ENOUGH:
             break
         best = top
-    tell("predicting each recording from the others")
-    stated = stated_error(best.hypothesis, best.found.z, tau)
+    tell("stating the error beforehand")
+    stated = stated_error(best.hypothesis, best.found.z, tau, unseen)
     motion = OutputError(best.hypothesis).motion(best.found.z)
     others = sorted((f for f in tried if f is not best), key=lambda f: -f.log_odds)
     found = Found(
@@ -191,22 +192,43 @@ def _screened(model: OutputError, found: Simulated, candidates: Sequence[Candida
     return sorted(best.values(), key=lambda score: -score.gain)
 
 
-def stated_error(hypothesis: Hypothesis, z: Array, tau: float) -> float:
-    """Return the NRMSE that an unseen recording will have, from the training recordings alone.
+def stated_error(hypothesis: Hypothesis, z: Array, tau: float, unseen: Problem) -> float:
+    """Return the NRMSE that unseen recordings will have, by the training recordings and inputs.
 
-    Each is predicted by the twin that is fitted to the others; a single one by the fit to itself.
+    Two parts, RMS: what the simulation leaves of the training recordings, for no law is exact, and
+    by how much its predictions of the unseen motion scatter when each training recording is left
+    out in turn (jackknife, Efron and Stein 1981). Where the unseen motion is stronger than any
+    other the second one grows.
+
+    Args:
+        hypothesis: what was found.
+        z: values of its unknowns, (p,).
+        tau: share of the samples that count.
+        unseen: the recordings to predict; their outputs are not used.
     """
     problem = hypothesis.problem
     count = len(problem.recordings)
-    squares = []
-    for left in range(count):
-        rest = [t for t in range(count) if t != left] or [left]
+    left = sum(float(np.sum(r**2)) for r in OutputError(hypothesis).residuals(z))
+    share = left / sum(float(np.nansum(r.y**2)) for r in problem.recordings)
+    silent = replace(unseen, recordings=tuple(replace(r, y=0 * r.y) for r in unseen.recordings))
+    every = range(len(unseen.recordings))
+
+    def predicted(part: Hypothesis, values: Array) -> Array:
+        there, own = beside(part, values, every, silent)
+        return np.vstack(OutputError(there).residuals(own))
+
+    whole = predicted(hypothesis, z)
+    scatter = 0.0
+    for out in range(count):
+        rest = [t for t in range(count) if t != out]
+        if not rest:
+            break
         part, start = beside(hypothesis, z, rest)
         fitted = climb(OutputError(part, tau), start, STEPS // 3)
-        own, there = beside(part, start if fitted is None else fitted.z, [left], problem)
-        (r,) = OutputError(own).residuals(there)
-        squares.append(float(np.sum(r**2) / np.nansum(problem.recordings[left].y ** 2)))
-    return float(np.sqrt(np.mean(squares)))
+        if fitted is not None:
+            moved = predicted(part, fitted.z) - whole
+            scatter += (count - 1) / count * float(np.sum(moved**2) / np.sum(whole**2))
+    return float(np.sqrt(share + scatter))
 
 
 def beside(

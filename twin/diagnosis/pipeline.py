@@ -106,7 +106,9 @@ def diagnose(
     clock("calibrating the twin")
     stated = None
     if ready.simulated:
-        searched = search_by_simulation(ready.train, offer(ready.train, ready.kinds), clock)
+        searched = search_by_simulation(
+            ready.train, ready.test, offer(ready.train, ready.kinds), clock
+        )
         found, stated = searched.found, searched.stated
     else:
         problem, start = choose(ready.train)

@@ -195,7 +195,7 @@ class Diagnosis(Presentable):
             yield what, f"probability {finding.probability:.3g}: {values}"
         test = self.fit.test
         after = f"{100 * test.explained:.3g} % after"
-        after += f", {100 * test.stated:.3g} % foretold" if test.stated is not None else ""
+        after += f", {100 * test.stated:.3g} % stated beforehand" if test.stated is not None else ""
         yield "unseen recordings", f"error {100 * test.calibrated:.3g} % of RMS before, {after}"
         for note in self.notes:
             yield "note", note
