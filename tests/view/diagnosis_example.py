@@ -4,12 +4,11 @@ from functools import lru_cache
 
 import numpy as np
 
+from twin.diagnosis.errors_of_runs import Errors, Fits
 from twin.diagnosis.result import (
     Detection,
     Diagnosis,
-    Errors,
     Finding,
-    Fits,
     ForcePicture,
     NextExperiment,
     Trace,
