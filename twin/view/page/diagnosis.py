@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from twin.diagnosis.result import Diagnosis, Finding
+from twin.diagnosis.verdict import none_of_these
 from twin.provenance import Provenance, provenance
 from twin.view.colours import MEASURED, TRUE
 from twin.view.diagnosis_words import (
@@ -144,7 +145,11 @@ def _others(diagnosis: Diagnosis) -> list[Block]:
     if not (diagnosis.findings and diagnosis.alternatives):
         return []
     rivals = sorted(diagnosis.alternatives, key=lambda f: -f.probability)
-    return [plots.alternatives(diagnosis), Table(FINDING_HEADERS, finding_rows(rivals))]
+    kept = Text(
+        f"Of every probability {100 * none_of_these():.1f} % is kept for a mechanism that is not "
+        "among those that a diagnosis can name."
+    )
+    return [plots.alternatives(diagnosis), Table(FINDING_HEADERS, finding_rows(rivals)), kept]
 
 
 def _next(diagnosis: Diagnosis) -> list[Block]:
