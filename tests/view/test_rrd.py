@@ -1,12 +1,14 @@
 """The Rerun recording is read back: what was logged is what a viewer will show."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from rerun.chunk import RrdReader
 
 from twin.laboratory import Analyser, Experiment, Hammer, perform
 from twin.model import Twin
-from twin.view.comparison import matrices_of
+from twin.view.comparison import matrices_of, proportional
 from twin.view.identified_motion import identified_motion
 from twin.view.magnified import factor
 from twin.view.rrd import summary, write_rrd
@@ -170,3 +172,9 @@ def test_a_structure_that_is_no_chain_of_floors_has_no_true_matrices():
     assert matrices_of(None) is None
     assert matrices_of(Twin.load("portal_3d")) is None
     assert matrices_of(Twin.load("two_storey_lumped")).K.shape == (2, 2)
+
+
+def test_a_negative_proportional_damping_is_not_shown(identification):
+    assert proportional(replace(identification, alpha=0.25, beta=2e-5)) == (0.25, 2e-5)
+    assert proportional(replace(identification, alpha=0.86, beta=-1e-4)) is None
+    assert proportional(replace(identification, alpha=None, beta=None)) is None

@@ -135,6 +135,12 @@ def mode_rows(modal: ModalModel) -> list[Row]:
     return rows
 
 
+def proportional(result: Identification) -> tuple[float, float] | None:
+    """Return alpha [1/s] and beta [s] of eq. (43); None where they would be a negative damping."""
+    alpha, beta = result.alpha, result.beta
+    return None if alpha is None or beta is None or min(alpha, beta) < 0 else (alpha, beta)
+
+
 def matrices_of(truth: Twin | None) -> SecondOrderModel | None:
     """Return M, R, K of the true model; None of a structure that is no chain of floors."""
     if truth is None:

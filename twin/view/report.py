@@ -16,7 +16,13 @@ from twin.modal import ModalModel
 from twin.model import Twin
 from twin.provenance import Provenance
 from twin.view import figures
-from twin.view.comparison import matrices_of, matrix_rows, modal_rows, mode_rows
+from twin.view.comparison import (
+    matrices_of,
+    matrix_rows,
+    modal_rows,
+    mode_rows,
+    proportional,
+)
 from twin.view.page.identification import write_identification_page
 from twin.view.rrd import write_rrd
 from twin.view.tables import channel_table, parameter_table
@@ -46,10 +52,9 @@ def print_identification(
     matrices = matrix_rows(result.second_order, matrices_of(truth), result.second_order_std)
     if matrices:
         console.print(parameter_table(matrices, "Mass and stiffness, eq. (41)"))
-    if result.alpha is not None and result.beta is not None:
-        console.print(
-            f"proportional damping: alpha = {result.alpha:.4g} 1/s, beta = {result.beta:.4g} s"
-        )
+    damping = proportional(result)
+    if damping is not None:
+        console.print("proportional damping: alpha = {:.4g} 1/s, beta = {:.4g} s".format(*damping))
     console.print(f"estimate: {result.route}")
     console.print(f"error of the re-simulated outputs: {100 * result.nrmse:.2f} % of their RMS")
     for name, error in (unseen or {}).items():

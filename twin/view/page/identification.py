@@ -14,7 +14,14 @@ from twin.identification.result import Identification
 from twin.modal import ModalModel
 from twin.model import Twin
 from twin.provenance import Provenance, provenance
-from twin.view.comparison import Row, matrices_of, matrix_rows, modal_rows, mode_rows
+from twin.view.comparison import (
+    Row,
+    matrices_of,
+    matrix_rows,
+    modal_rows,
+    mode_rows,
+    proportional,
+)
 from twin.view.diagnosis_words import printable, quantity
 from twin.view.figures import diagram_of
 from twin.view.page import identification_plots as plots
@@ -97,7 +104,8 @@ def page(
         Section("Frequency responses", _responses(result, made)),
         Section("Against the truth", _errors((*rows, *matrices))),
         Section("Mode shapes", plots.shapes(result.modal)),
-        Section("Masses, stiffnesses, dampings", _matrices(result, true_modes)),
+        Section("Masses, stiffnesses, dampings" if result.second_order else "Likeness of the modes",
+                _matrices(result, true_modes)),
         Section("All entries", [Table(*table_columns(matrices))] if matrices else [], folded=True),
         Section("Order", [plots.singular_values(result)] if len(result.singular_values) else [],
                 folded=True),
@@ -154,7 +162,7 @@ def _errors(rows: tuple[Row, ...]) -> list[Block]:
 
 def _matrices(result: Identification, true_modes: ModalModel | None) -> list[Block]:
     out: list[Block] = list(plots.matrices(result, true_modes))
-    if result.alpha is not None and result.beta is not None:
-        text = f"Proportional damping: α = {result.alpha:.4g} 1/s, β = {result.beta:.4g} s."
-        out.append(Text(text))
+    damping = proportional(result)
+    if damping is not None:
+        out.append(Text("Proportional damping: α = {:.4g} 1/s, β = {:.4g} s.".format(*damping)))
     return out
