@@ -24,11 +24,11 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from twin.diagnosis.by_simulation import beside
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.pipeline import diagnose
 from twin.diagnosis.prepare import UNKNOWN, prepare
 from twin.diagnosis.simulation import OutputError, climb, independent_share
+from twin.diagnosis.stated import beside
 from twin.formats import read_recording
 from twin.frame import FrameDesign, Ground, Storey
 from twin.model import Twin

@@ -6,13 +6,16 @@ import numpy as np
 import pytest
 from shaken_support import chain, ground, shaken
 
-from twin.diagnosis.by_simulation import beside, loosened, search_by_simulation, stated_error
+from twin.diagnosis.by_simulation import loosened, search_by_simulation
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.offer import offer
 from twin.diagnosis.pipeline import diagnose
 from twin.diagnosis.prepare import prepare
 from twin.diagnosis.result import as_json
+from twin.diagnosis.scales import Scales
 from twin.diagnosis.simulation import OutputError, climb, independent_share
+from twin.diagnosis.stated import beside, beyond, stated_error
+from twin.mechanisms.cubic_stiffness import CubicStiffness
 
 RATE = 32.0
 MASSES, STIFFNESSES, DAMPERS = [1.4, 0.9, 1.1], [24.0, 6e3, 5e3], [0.8, 7.0, 7.0]
@@ -74,9 +77,24 @@ def test_the_stated_error_does_not_see_the_outputs(plain):
     z = climb(OutputError(h, 0.1), np.zeros(len(h.unknowns)), 20).z
     (own,) = plain.test.recordings
     blind = replace(plain.test, recordings=(replace(own, y=own.y + 1.0),))
-    assert stated_error(h, z, 0.1, blind) == stated_error(h, z, 0.1, plain.test)
-    alone, _ = beside(h, z, [0])
-    assert stated_error(alone, beside(h, z, [0])[1], 0.1, blind) > 0
+    assert stated_error(h, z, 0.1, blind, (h, z)) == stated_error(h, z, 0.1, plain.test, (h, z))
+
+
+def test_motion_beyond_what_training_showed_widens_what_is_stated(plain):
+    law = CubicStiffness("storey1", 0.0)
+    scales = Scales({"storey1": (1.0, 1.0, 1.0)})
+    h = replace(empty(plain), mechanisms=(law,), priors=({"stiffness": (0.0, 1.0)},), scales=scales)
+    z = np.zeros(len(h.unknowns))
+    own = plain.test.recordings[0]
+    stronger = replace(plain.test, recordings=(replace(own, u=5 * own.u),))
+    weaker = replace(plain.test, recordings=(replace(own, u=0.1 * own.u),))
+    assert beyond(h, z, weaker) == 0.0
+    assert 0.5 < beyond(h, z, stronger) < 1.0
+    linear = empty(plain), np.zeros(len(empty(plain).unknowns))
+    soft = linear[1].copy()
+    soft[0] = -1.0
+    near = stated_error(h, z, 0.1, stronger, linear)
+    assert stated_error(h, z, 0.1, stronger, (linear[0], soft)) > near
 
 
 def test_what_was_done_is_said(slipping):

@@ -22,6 +22,7 @@ from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.search import Found, Offer
 from twin.diagnosis.simulation import OutputError, Simulated, climb, independent_share
+from twin.diagnosis.stated import stated_error
 from twin.diagnosis.valleys import Score
 from twin.estimation.fit import Fit
 from twin.mechanisms.mechanism import Law
@@ -118,7 +119,7 @@ def search_by_simulation(
             break
         best = top
     tell("stating the error beforehand")
-    stated = stated_error(best.hypothesis, best.found.z, tau, unseen)
+    stated = stated_error(best.hypothesis, best.found.z, tau, unseen, (empty, nothing.found.z))
     motion = OutputError(best.hypothesis).motion(best.found.z)
     others = sorted((f for f in tried if f is not best), key=lambda f: -f.log_odds)
     found = Found(
@@ -190,59 +191,6 @@ def _screened(model: OutputError, found: Simulated, candidates: Sequence[Candida
                 begun = start.scaled(max(inside, STRENGTHS[0]))
                 best[candidate.label] = Score(candidate, begun, gain)
     return sorted(best.values(), key=lambda score: -score.gain)
-
-
-def stated_error(hypothesis: Hypothesis, z: Array, tau: float, unseen: Problem) -> float:
-    """Return the NRMSE that unseen recordings will have, by the training recordings and inputs.
-
-    Two parts, RMS: what the simulation leaves of the training recordings, for no law is exact, and
-    by how much its predictions of the unseen motion scatter when each training recording is left
-    out in turn (jackknife, Efron and Stein 1981). Where the unseen motion is stronger than any
-    other the second one grows.
-
-    Args:
-        hypothesis: what was found.
-        z: values of its unknowns, (p,).
-        tau: share of the samples that count.
-        unseen: the recordings to predict; their outputs are not used.
-    """
-    problem = hypothesis.problem
-    count = len(problem.recordings)
-    left = sum(float(np.sum(r**2)) for r in OutputError(hypothesis).residuals(z))
-    share = left / sum(float(np.nansum(r.y**2)) for r in problem.recordings)
-    silent = replace(unseen, recordings=tuple(replace(r, y=0 * r.y) for r in unseen.recordings))
-    every = range(len(unseen.recordings))
-
-    def predicted(part: Hypothesis, values: Array) -> Array:
-        there, own = beside(part, values, every, silent)
-        return np.vstack(OutputError(there).residuals(own))
-
-    whole = predicted(hypothesis, z)
-    scatter = 0.0
-    for out in range(count):
-        rest = [t for t in range(count) if t != out]
-        if not rest:
-            break
-        part, start = beside(hypothesis, z, rest)
-        fitted = climb(OutputError(part, tau), start, STEPS // 3)
-        if fitted is not None:
-            moved = predicted(part, fitted.z) - whole
-            scatter += (count - 1) / count * float(np.sum(moved**2) / np.sum(whole**2))
-    return float(np.sqrt(share + scatter))
-
-
-def beside(
-    hypothesis: Hypothesis, z: Array, trials: Sequence[int], problem: Problem | None = None
-) -> tuple[Hypothesis, Array]:
-    """Return a hypothesis with some recordings of a problem, its own without one, and values."""
-    source = problem or hypothesis.problem
-    known = {u.name: float(x) for u, x in zip(hypothesis.unknowns, z, strict=True)}
-    there = replace(
-        hypothesis.problem, recordings=tuple(source.recordings[t] for t in trials),
-        scale=source.scale[list(trials)],
-    )  # fmt: skip
-    here = replace(hypothesis, problem=there)
-    return here, np.array([known.get(u.name, 0.0) for u in here.unknowns])
 
 
 def explanation(fitted: Fitted) -> Explanation:

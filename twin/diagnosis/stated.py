@@ -1,0 +1,96 @@
+"""The error on recordings that were not seen, stated before they are compared."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.problem import Problem
+from twin.diagnosis.simulation import OutputError, climb
+
+Array = NDArray[np.float64]
+
+STEPS = 10
+"""Steps of a fit without one of the recordings: it begins where the one to all of them is."""
+
+
+def stated_error(
+    hypothesis: Hypothesis, z: Array, tau: float, unseen: Problem, linear: tuple[Hypothesis, Array]
+) -> float:
+    """Return the NRMSE that unseen recordings will have, by the training recordings and inputs.
+
+    Three parts, RMS: what the simulation leaves of the training recordings, for no law is exact; by
+    how much its predictions of the unseen motion scatter when each training recording is left out
+    in turn (jackknife, Efron and Stein 1981); and, for the share of the motion that goes farther
+    than any in training, its difference from the linear twin's, than which a law is no better known
+    where no recording showed it.
+
+    Args:
+        hypothesis: what was found.
+        z: values of its unknowns, (p,).
+        tau: share of the samples that count.
+        linear: the calibrated twin without laws, and values of its unknowns.
+        unseen: the recordings to predict; their outputs are not used.
+    """
+    problem = hypothesis.problem
+    count = len(problem.recordings)
+    left = sum(float(np.sum(r**2)) for r in OutputError(hypothesis).residuals(z))
+    share = left / sum(float(np.nansum(r.y**2)) for r in problem.recordings)
+    silent = replace(unseen, recordings=tuple(replace(r, y=0 * r.y) for r in unseen.recordings))
+    every = range(len(unseen.recordings))
+
+    def predicted(part: Hypothesis, values: Array) -> Array:
+        there, own = beside(part, values, every, silent)
+        return np.vstack(OutputError(there).residuals(own))
+
+    whole = predicted(hypothesis, z)
+    scatter = 0.0
+    for out in range(count):
+        rest = [t for t in range(count) if t != out]
+        if not rest:
+            break
+        part, start = beside(hypothesis, z, rest)
+        fitted = climb(OutputError(part, tau), start, STEPS)
+        if fitted is not None:
+            moved = predicted(part, fitted.z) - whole
+            scatter += (count - 1) / count * float(np.sum(moved**2) / np.sum(whole**2))
+    straight = predicted(*linear) - whole
+    apart = float(np.sum(straight**2) / np.sum(whole**2))
+    return float(np.sqrt(share + scatter + beyond(hypothesis, z, silent) * apart))
+
+
+def beyond(hypothesis: Hypothesis, z: Array, unseen: Problem) -> float:
+    """Return the share of the motion at laws' ports, by power, outside what training showed.
+
+    Args:
+        hypothesis: what was found.
+        z: values of its unknowns, (p,).
+        unseen: the recordings to predict.
+    """
+    there, own = beside(hypothesis, z, range(len(unseen.recordings)), unseen)
+    shown, coming = OutputError(hypothesis).motion(z), OutputError(there).motion(own)
+    largest = 0.0
+    for law in hypothesis.laws:
+        row = hypothesis.problem.model.port(law.place)
+        reach = max(float(np.max(np.abs(m.q @ row))) for m in shown)
+        power = np.concatenate([(m.q @ row) ** 2 for m in coming])
+        largest = max(largest, float(power[power > reach**2].sum() / max(power.sum(), 1e-300)))
+    return largest
+
+
+def beside(
+    hypothesis: Hypothesis, z: Array, trials: Sequence[int], problem: Problem | None = None
+) -> tuple[Hypothesis, Array]:
+    """Return a hypothesis with some recordings of a problem, its own without one, and values."""
+    source = problem or hypothesis.problem
+    known = {u.name: float(x) for u, x in zip(hypothesis.unknowns, z, strict=True)}
+    there = replace(
+        hypothesis.problem, recordings=tuple(source.recordings[t] for t in trials),
+        scale=source.scale[list(trials)],
+    )  # fmt: skip
+    here = replace(hypothesis, problem=there)
+    return here, np.array([known.get(u.name, 0.0) for u in here.unknowns])
