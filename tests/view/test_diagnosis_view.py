@@ -1,12 +1,13 @@
 """The report and the Rerun recording of a diagnosis, from one made by hand."""
 
+from dataclasses import replace
 from io import StringIO
 
 import pytest
 from diagnosis_example import SLIP, diagnosis
 from rich.console import Console
 
-from twin.view.diagnosis_rrd import write_diagnosis_rrd
+from twin.view.diagnosis_rrd import located_forces, write_diagnosis_rrd
 from twin.view.diagnosis_tables import print_diagnosis
 from twin.view.page.diagnosis import report, write_report
 
@@ -52,3 +53,11 @@ def test_the_rerun_recording_holds_signals_verdict_and_the_lit_storey(tmp_path):
     assert "/frame/calibrated/floor1" in names
     assert "/missing_force/storey1/1_latent" in names
     assert "/verdict" in names
+
+
+def test_no_force_is_drawn_in_rerun_where_nothing_was_found():
+    found = diagnosis()
+    elsewhere = replace(found.force[0], place="storey2")
+    both = replace(found, force=(*found.force, elsewhere))
+    assert [p.place for p in located_forces(both)] == ["storey1"]
+    assert located_forces(replace(both, findings=())) == []

@@ -88,10 +88,16 @@ def log_diagnosis(
             _light(stream, place, where, parts[place], motion, by)
     for number, each in enumerate(traces):
         _log_signals(stream, each, f"recording{number + 1}")
-    for picture in diagnosis.force:
+    for picture in located_forces(diagnosis):
         _log_force(stream, picture)
     text = rr.TextDocument(markdown(diagnosis), media_type="text/markdown")
     stream.log("verdict", text, static=True)
+
+
+def located_forces(diagnosis: Diagnosis) -> list[ForcePicture]:
+    """Return the pictures of the missing force at located places; elsewhere none is missing."""
+    located = {finding.location for finding in diagnosis.findings}
+    return [picture for picture in diagnosis.force if picture.place in located]
 
 
 def _motion(twin: Twin, trace: Trace) -> Motion | None:
@@ -199,7 +205,7 @@ def _blueprint(
         line_grid=rrb.LineGrid3D(visible=False), eye_controls=_eye(motion),
     )  # fmt: skip
     left: list[rrb.View | rrb.Container] = [frame]
-    forces = [_force_view(picture) for picture in diagnosis.force]
+    forces = [_force_view(picture) for picture in located_forces(diagnosis)]
     if forces:
         left.append(forces[0] if len(forces) == 1 else rrb.Tabs(*forces))
     recordings = [_signals(trace, f"recording{n + 1}") for n, trace in enumerate(traces)]

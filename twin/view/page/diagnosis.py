@@ -137,7 +137,10 @@ def _innocent(diagnosis: Diagnosis) -> list[Block]:
     pictures = [p for p in diagnosis.force if p.place not in located]
     blocks: list[Block] = [plot for picture in pictures for plot in plots.force(picture)[:1]]
     if blocks:
-        blocks.insert(0, Text("The force that is missing where nothing was found: noise alone."))
+        blocks.insert(0, Text(
+            "The same where nothing was found. Where the samples are coarse, below some twenty a "
+            "period of the highest mode, what they leave out of the acceleration looks like a slope."
+        ))  # fmt: skip
     return blocks
 
 
