@@ -1,0 +1,36 @@
+"""Three twins beside the recordings: what does not help on the training ones does not predict."""
+
+import numpy as np
+import pytest
+from diagnosis_support import lumped, recorded
+
+from twin.diagnosis.beginning import added, moved_to
+from twin.diagnosis.candidates import Candidate, motions, priors_of, scales_of
+from twin.diagnosis.comparison import NO_HELP, compare
+from twin.diagnosis.explanation import Explanation
+from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.prepare import prepare
+from twin.estimation.fit import fit
+from twin.mechanisms.cubic_stiffness import CubicStiffness
+
+SPRING = CubicStiffness("storey2", 3e5)
+
+
+@pytest.mark.parametrize("there", [True, False])
+def test_a_spring_that_is_not_there_leaves_the_prediction_to_the_calibrated_twin(there):
+    rig = lumped(SPRING) if there else lumped()
+    ready = prepare(lumped(), [recorded(rig, 1)], [recorded(rig, 2)])
+    blank = Hypothesis(ready.train)
+    calibrated = fit(blank)
+    nothing = Explanation(blank, calibrated, calibrated.log_evidence)
+    scaled = Hypothesis(
+        ready.train, scales=scales_of(ready.train, motions(ready.train, blank, calibrated.z))
+    )
+    grown = added(scaled, Candidate((SPRING,), priors_of([SPRING])), SPRING)
+    z = moved_to(grown, blank, np.zeros(len(blank.unknowns)), SPRING)
+    claimed = Explanation(grown, fit(grown, z, most=1, free=np.zeros(len(z), bool)), 0.0)
+    compared = compare(ready, nothing, nothing, claimed, 0)
+    ahead = compared.fit_ahead.test
+    assert (NO_HELP in compared.notes) is not there
+    assert (ahead.explained == ahead.calibrated) is not there
+    assert compared.fit.test.explained != compared.fit.test.calibrated
