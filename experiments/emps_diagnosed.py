@@ -20,7 +20,7 @@ from twin.diagnosis.between import choose
 from twin.diagnosis.exported import base_mechanisms
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.offer import offer
-from twin.diagnosis.predict import nrmse, placed, stages
+from twin.diagnosis.predict import nrmse, placed, predictors
 from twin.diagnosis.prepare import UNKNOWN, Prepared, prepare
 from twin.diagnosis.search import search
 from twin.estimation.fit import fit
@@ -99,11 +99,11 @@ def published(found: Hypothesis, z: np.ndarray) -> tuple[Hypothesis, np.ndarray]
 
 def error(ready: Prepared, h: Hypothesis, z: np.ndarray) -> dict[str, float]:
     """Return NRMSE of the free run and two seconds ahead on the second half."""
-    beside = stages(*placed(h, z, replace(ready.test, between=h.problem.between)))
-    measured = [stage.trial.y for stage in beside]
+    beside = predictors(*placed(h, z, replace(ready.test, between=h.problem.between)))
+    measured = [predictor.trial.y for predictor in beside]
     return {
-        "free_run": nrmse(measured, [stage.free() for stage in beside]),
-        "ahead": nrmse(measured, [stage.ahead() for stage in beside]),
+        "free_run": nrmse(measured, [predictor.free() for predictor in beside]),
+        "ahead": nrmse(measured, [predictor.ahead() for predictor in beside]),
     }
 
 

@@ -6,7 +6,7 @@ from diagnosis_support import lumped, recorded
 
 from twin.diagnosis.exported import base_mechanisms, dashpots, in_mujoco, including, twin_of
 from twin.diagnosis.hypothesis import Hypothesis
-from twin.diagnosis.predict import nrmse, stages
+from twin.diagnosis.predict import nrmse, predictors
 from twin.diagnosis.prepare import prepare
 from twin.diagnosis.problem import Problem
 from twin.mechanisms.mass import Mass
@@ -62,9 +62,9 @@ def test_a_heavier_body_is_heavier_throughout_in_the_exported_twin_too():
 
 def test_mujoco_moves_as_predicted(moved):
     ready, hypothesis, z = moved
-    (stage,) = stages(hypothesis, z)
+    (predictor,) = predictors(hypothesis, z)
     there = in_mujoco(twin_of(ready.twin, hypothesis, z), ready.train, ready.train.recordings[0])
-    assert nrmse([there[64:-64]], [stage.from_rest()[64:-64]]) < 0.005
+    assert nrmse([there[64:-64]], [predictor.from_rest()[64:-64]]) < 0.005
 
 
 def test_dashpots_make_any_change_of_modal_damping(moved):

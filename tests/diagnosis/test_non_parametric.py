@@ -5,7 +5,7 @@ import pytest
 from diagnosis_support import concealed, lumped, recorded
 
 from twin.diagnosis.offer import offer
-from twin.diagnosis.predict import stages
+from twin.diagnosis.predict import predictors
 from twin.diagnosis.prepare import prepare
 from twin.diagnosis.search import search
 from twin.diagnosis.verdict import judge
@@ -30,7 +30,7 @@ def found(train, test):
         return [c for c in whole(moved, runs) if c.label[0] in NAMES]
 
     result = search(ready.train, few)
-    return result, judge(result, stages(result.best.hypothesis, result.best.fit.z))
+    return result, judge(result, predictors(result.best.hypothesis, result.best.fit.z))
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,7 @@ import pytest
 from diagnosis_support import lumped, recorded
 
 from twin.diagnosis.hypothesis import Hypothesis
-from twin.diagnosis.predict import HOPELESS, noise_floors, nrmse, placed, stages
+from twin.diagnosis.predict import HOPELESS, noise_floors, nrmse, placed, predictors
 from twin.diagnosis.prepare import prepare
 
 NOISE = 2e-3
@@ -18,7 +18,7 @@ def begun():
     ready = prepare(lumped(), [train], [whole.trim(600, whole.samples)])
     hypothesis = Hypothesis(ready.train)
     z = np.zeros(len(hypothesis.unknowns))
-    return stages(*placed(hypothesis, z, ready.test)), [r.y for r in ready.test.recordings]
+    return predictors(*placed(hypothesis, z, ready.test)), [r.y for r in ready.test.recordings]
 
 
 def test_a_free_run_starts_from_the_motion_that_the_recording_begins_in(begun):

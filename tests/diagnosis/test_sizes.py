@@ -8,7 +8,7 @@ from diagnosis_support import lumped, recorded
 
 from twin.diagnosis.candidates import motions, scales_of
 from twin.diagnosis.hypothesis import DISCREPANCY_SHARE, Hypothesis
-from twin.diagnosis.predict import stages
+from twin.diagnosis.predict import predictors
 from twin.diagnosis.prepare import prepare
 from twin.diagnosis.sizes import forces, negligible, of_known
 from twin.estimation.fit import fit
@@ -42,20 +42,20 @@ def hypothesis(problem, *mechanisms):
 
 
 def is_negligible(h, found):
-    beside = stages(h, found.z)
+    beside = predictors(h, found.z)
     return negligible(h, found, beside, forces(h, found.z, beside))
 
 
 def sizes(problem, *mechanisms):
     h = hypothesis(problem, *mechanisms)
     z = np.zeros(len(h.unknowns))
-    return forces(h, z, stages(h, z))
+    return forces(h, z, predictors(h, z))
 
 
 def test_the_force_of_a_spring_is_its_stiffness_times_the_motion(problem):
     h = hypothesis(problem, Stiffness("storey2", 5.0))
     z = np.zeros(len(h.unknowns))
-    beside = stages(h, z)
+    beside = predictors(h, z)
     row = problem.model.port("storey2")
     drift = beside[0].followed.x[:, : len(row)] @ row
     expected = 5.0 * np.linalg.norm(row) * np.sqrt(np.mean(drift**2))

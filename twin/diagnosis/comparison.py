@@ -12,7 +12,7 @@ from twin.diagnosis.errors_of_runs import Errors, Fits
 from twin.diagnosis.explanation import Explanation
 from twin.diagnosis.exported import in_mujoco, twin_of
 from twin.diagnosis.hypothesis import Hypothesis
-from twin.diagnosis.predict import Stage, noise_floors, nrmse, placed, stages
+from twin.diagnosis.predict import Predictor, noise_floors, nrmse, placed, predictors
 from twin.diagnosis.prepare import Prepared
 from twin.diagnosis.result import Trace
 from twin.model import Twin
@@ -73,11 +73,11 @@ def compare(
     fit, ahead, traces, notes = {}, {}, [], []
     helps = True
     for role, problem in (("train", ready.train), ("test", ready.test)):
-        beside: dict[str, list[Stage]] = {}
+        beside: dict[str, list[Predictor]] = {}
         for name, (hypothesis, z) in models.items():
             if role == "test":
                 hypothesis, z = placed(hypothesis, z, problem)
-            beside[name] = stages(hypothesis, z)
+            beside[name] = predictors(hypothesis, z)
         runs = {name: [s.free() for s in each] for name, each in beside.items()}
         windows = {name: [s.ahead() for s in each] for name, each in beside.items()}
         measured = [r.y for r in problem.recordings]
@@ -115,15 +115,15 @@ def _errors(
 
 
 def _in_mujoco(
-    twin: Twin, beside: Sequence[Stage], best: Explanation, ready: Prepared
+    twin: Twin, beside: Sequence[Predictor], best: Explanation, ready: Prepared
 ) -> list[str]:
     """Simulate the exported twin from rest and say where its motion is another than predicted."""
     problem = best.hypothesis.problem
     out, own, noise, measured = [], [], [], []
-    for stage, recording in zip(beside, ready.test.recordings, strict=True):
+    for predictor, recording in zip(beside, ready.test.recordings, strict=True):
         out.append(in_mujoco(twin, problem, recording))
-        own.append(stage.from_rest())
-        noise.append(np.broadcast_to(stage.noise.output, recording.y.shape))
+        own.append(predictor.from_rest())
+        noise.append(np.broadcast_to(predictor.noise.output, recording.y.shape))
         measured.append(recording.y)
     difference = nrmse(out, own) if all(np.all(np.isfinite(o)) for o in out) else np.inf
     level = nrmse(measured, [y - n for y, n in zip(measured, noise, strict=True)])

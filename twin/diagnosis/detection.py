@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy import signal, stats
 
 from twin.diagnosis.explanation import Explanation
-from twin.diagnosis.predict import Stage, stages
+from twin.diagnosis.predict import Predictor, predictors
 from twin.diagnosis.result import Detection
 
 Array = NDArray[np.float64]
@@ -30,21 +30,21 @@ def detect(calibrated: Explanation) -> tuple[Detection, ...]:
         NO_PROCESS_NOISE if u.name.startswith(own[1]) else 0.0 if u.name.startswith(own[0]) else x
         for u, x in zip(hypothesis.unknowns, calibrated.fit.z, strict=True)
     ])  # fmt: skip
-    beside = stages(hypothesis, z)
+    beside = predictors(hypothesis, z)
     return tuple(
         _channel(beside, column, name)
         for column, name in enumerate(hypothesis.problem.model.outputs)
     )
 
 
-def _channel(beside: list[Stage], column: int, name: str) -> Detection:
+def _channel(beside: list[Predictor], column: int, name: str) -> Detection:
     pieces, level = [], []
     rate = 1 / beside[0].trial.step_s
-    for stage in beside:
-        e = stage.followed.e[:, column]
-        ratio = e / float(np.sqrt(stage.gain.innovation[-1, column, column]))
+    for predictor in beside:
+        e = predictor.followed.e[:, column]
+        ratio = e / float(np.sqrt(predictor.gain.innovation[-1, column, column]))
         pieces.append(ratio)
-        rms = float(np.sqrt(np.nanmean(stage.trial.y[:, column] ** 2)))
+        rms = float(np.sqrt(np.nanmean(predictor.trial.y[:, column] ** 2)))
         level.append((rms, float(np.sqrt(np.mean(ratio**2)))))
     whole = np.concatenate(pieces)
     return Detection(

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy import signal
 
 from twin.diagnosis.explanation import Explanation
-from twin.diagnosis.predict import placed, stages
+from twin.diagnosis.predict import placed, predictors
 from twin.diagnosis.problem import Measured, Problem
 from twin.diagnosis.result import NextExperiment
 from twin.diagnosis.search import Found
@@ -123,7 +123,7 @@ def _apart(
     for explanation in (first, second):
         hypothesis, z = placed(explanation.hypothesis, explanation.fit.z, alone)
         try:
-            outputs.append(stages(hypothesis, z)[0].from_rest())
+            outputs.append(predictors(hypothesis, z)[0].from_rest())
         except (ValueError, np.linalg.LinAlgError):
             return float("nan")
     noise = np.maximum(test.output_noise, 1e-12)

@@ -20,7 +20,7 @@ from twin.diagnosis.known import shifts
 from twin.diagnosis.next_test import next_test
 from twin.diagnosis.offer import offer
 from twin.diagnosis.pictures import force_pictures
-from twin.diagnosis.predict import stages
+from twin.diagnosis.predict import predictors
 from twin.diagnosis.prepare import DAMPING_TOLERANCE, TOLERANCE, UNKNOWN, Prepared, prepare
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.result import Diagnosis, Finding
@@ -115,7 +115,7 @@ def diagnose(
         found = search(problem, offer(problem, ready.kinds), clock, start)
     problem = found.best.hypothesis.problem
     clock("judging the explanations")
-    beside = stages(found.best.hypothesis, found.best.fit.z)
+    beside = predictors(found.best.hypothesis, found.best.fit.z)
     judged = judge(found, beside, ready.faults)
     calibrated = loosened(found.nothing, UNKNOWN) if ready.simulated else _calibrated(found)
     detection = detect(found.nothing)

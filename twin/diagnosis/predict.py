@@ -48,7 +48,7 @@ HOPELESS = 1e6
 
 
 @dataclass(frozen=True)
-class Stage:
+class Predictor:
     """A hypothesis at certain values beside one recording.
 
     Attributes:
@@ -154,7 +154,7 @@ class Stage:
         return np.column_stack([columns[name] for name in self.names])
 
 
-def stages(hypothesis: Hypothesis, z: Array) -> list[Stage]:
+def predictors(hypothesis: Hypothesis, z: Array) -> list[Predictor]:
     """Return a hypothesis at values z, (p,), beside each of its recordings."""
     here = hypothesis.assemble(z)
     step_s = hypothesis.problem.step_s
@@ -166,7 +166,7 @@ def stages(hypothesis: Hypothesis, z: Array) -> list[Stage]:
         everything = (*hypothesis.at(z), *hypothesis.problem.known_at(z))
         averages = averages_at(hypothesis, here, plants, t)
         gain = gains(plant, noise, equivalent=averages.equivalent, missing=trial.missing)
-        out.append(Stage(everything, names, here, trial, plant, noise, gain, averages))
+        out.append(Predictor(everything, names, here, trial, plant, noise, gain, averages))
     return out
 
 
@@ -204,7 +204,7 @@ def nrmse(measured: Sequence[Array], predicted: Sequence[Array]) -> float:
     return min(float(np.sqrt(error / power)), HOPELESS) if finite else HOPELESS
 
 
-def noise_floors(beside: Sequence[Stage], seed: int = 0) -> tuple[float, float]:
+def noise_floors(beside: Sequence[Predictor], seed: int = 0) -> tuple[float, float]:
     """Return the NRMSE that a perfect model would reach: free run, and two seconds ahead.
 
     The measured force is not the true one: another draw of its noise on top of it shows what that
@@ -213,13 +213,16 @@ def noise_floors(beside: Sequence[Stage], seed: int = 0) -> tuple[float, float]:
     """
     rng = np.random.default_rng(seed)
     free = near = power = 0.0
-    for stage in beside:
-        y, u = stage.trial.y, stage.trial.u
-        noise = float(np.sum(stage.noise.output**2)) * len(y)
-        shaken = u + rng.standard_normal(u.shape) * stage.noise.held[: u.shape[1]]
-        blur = rng.standard_normal((len(y), len(stage.plant.A))) @ _root(stage.gain.predicted).T
-        free += float(np.sum((stage.free() - stage.free(shaken)) ** 2)) + noise
-        near += float(np.sum((stage.ahead() - stage.ahead(shaken, blur)) ** 2)) + noise
+    for predictor in beside:
+        y, u = predictor.trial.y, predictor.trial.u
+        noise = float(np.sum(predictor.noise.output**2)) * len(y)
+        shaken = u + rng.standard_normal(u.shape) * predictor.noise.held[: u.shape[1]]
+        blur = (
+            rng.standard_normal((len(y), len(predictor.plant.A)))
+            @ _root(predictor.gain.predicted).T
+        )
+        free += float(np.sum((predictor.free() - predictor.free(shaken)) ** 2)) + noise
+        near += float(np.sum((predictor.ahead() - predictor.ahead(shaken, blur)) ** 2)) + noise
         power += float(np.nansum(y**2))
     found = np.nan_to_num(np.sqrt(np.array([free, near]) / power), nan=HOPELESS, posinf=HOPELESS)
     return float(min(found[0], HOPELESS)), float(min(found[1], HOPELESS))

@@ -16,7 +16,7 @@ from twin.diagnosis.explanation import Explanation, explained, from_prior_noise
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.non_parametric import doubtful, in_place_of
 from twin.diagnosis.portion import SURE, beginning_of, on_a_part
-from twin.diagnosis.predict import stages
+from twin.diagnosis.predict import predictors
 from twin.diagnosis.problem import Motion, Problem
 from twin.diagnosis.screening import screen
 from twin.diagnosis.sizes import forces, inexact, known_forces, of_known
@@ -156,7 +156,7 @@ def _without_names(
 ) -> Explanation:
     """Return the explanation with a non-parametric force for names that mimic it, if likelier."""
     h, z = best.hypothesis, best.fit.z
-    dubious = doubtful(h, best.fit, forces(h, z, stages(h, z)))
+    dubious = doubtful(h, best.fit, forces(h, z, predictors(h, z)))
     if not dubious:
         return best
     for number, (other, starts) in enumerate(in_place_of(h, best.fit, moved, candidates, dubious)):
@@ -176,7 +176,7 @@ def _ends_in_a_trifle(best: Explanation) -> bool:
     mechanisms, z = best.hypothesis.at(best.fit.z), best.fit.z
     if isinstance(mechanisms[-1], ChannelFault):
         return False  # a channel's calibration says nothing of the structure
-    beside = stages(best.hypothesis, z)
+    beside = predictors(best.hypothesis, z)
     sizes = forces(best.hypothesis, z, beside)
     known = known_forces(best.hypothesis, z, beside)
     last = len(sizes) - 1

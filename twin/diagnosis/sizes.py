@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from twin.diagnosis.hypothesis import DISCREPANCY_SHARE, Hypothesis
 from twin.diagnosis.plant import axis_of
-from twin.diagnosis.predict import Stage
+from twin.diagnosis.predict import Predictor
 from twin.diagnosis.problem import Problem
 from twin.estimation.fit import Fit
 from twin.mechanisms.mechanism import ChannelFault, Disturbance, Law, Mechanism, StructuralChange
@@ -37,7 +37,7 @@ POORLY = 0.5
 """Share of the missing force at its port that a law leaves from which it is not the law."""
 
 
-def forces(hypothesis: Hypothesis, z: Array, beside: Sequence[Stage]) -> list[float | None]:
+def forces(hypothesis: Hypothesis, z: Array, beside: Sequence[Predictor]) -> list[float | None]:
     """Return the RMS modal force of every mechanism; None for what changes an output only.
 
     Args:
@@ -73,7 +73,7 @@ def forces(hypothesis: Hypothesis, z: Array, beside: Sequence[Stage]) -> list[fl
     return [sizes.get(index) for index in range(len(mechanisms))]
 
 
-def known_forces(hypothesis: Hypothesis, z: Array, beside: Sequence[Stage]) -> list[float]:
+def known_forces(hypothesis: Hypothesis, z: Array, beside: Sequence[Predictor]) -> list[float]:
     """Return the RMS modal force of every law that the model itself holds; see ``forces``."""
     model = hypothesis.problem.model
     known = [m for m in hypothesis.problem.known_at(z) if isinstance(m, Law)]
@@ -99,7 +99,7 @@ def _edits(hypothesis: Hypothesis, z: Array) -> tuple[list[int], list[LinearMode
 
 
 def negligible(
-    hypothesis: Hypothesis, fit: Fit, beside: Sequence[Stage], sizes: Sequence[float | None]
+    hypothesis: Hypothesis, fit: Fit, beside: Sequence[Predictor], sizes: Sequence[float | None]
 ) -> list[bool]:
     """Return of every mechanism whether it is smaller than what is left beside the others.
 
@@ -169,7 +169,7 @@ def left_share(
 
 
 def _scatter(
-    problem: Problem, change: StructuralChange, count: int, beside: Sequence[Stage]
+    problem: Problem, change: StructuralChange, count: int, beside: Sequence[Predictor]
 ) -> float:
     """Return the RMS modal force by which dampings scatter beforehand; 0 for what does not damp.
 
@@ -232,7 +232,7 @@ def of_known(problem: Problem, mechanism: Mechanism, known: Sequence[float]) -> 
     return problem.damping_tolerance * max(there, default=0.0)
 
 
-def _calibrated(fault: Mechanism, model: LinearModel, beside: Sequence[Stage]) -> bool:
+def _calibrated(fault: Mechanism, model: LinearModel, beside: Sequence[Predictor]) -> bool:
     """Return whether a fault distorts its channels by less than a calibration is good for."""
     if not isinstance(fault, ChannelFault) or fault.of_motor or not fault.parameters:
         return False
@@ -244,18 +244,18 @@ def _calibrated(fault: Mechanism, model: LinearModel, beside: Sequence[Stage]) -
     return max((change / level for change, level in pairs if level), default=0.0) < CALIBRATED
 
 
-def _change(before: LinearModel, after: LinearModel, count: int, stage: Stage) -> Array:
+def _change(before: LinearModel, after: LinearModel, count: int, predictor: Predictor) -> Array:
     """Return the magnitude of the modal force that an edit adds, (samples,).
 
     Args:
         before: the model without it.
         after: with it; its further coordinates come behind.
         count: coordinates of all edits together.
-        stage: the motion.
+        predictor: the motion.
     """
     old, new = len(before.coordinates), len(after.coordinates)
-    q, v = stage.followed.x[:, :new], stage.followed.x[:, count : count + new]
-    a = np.gradient(v, stage.trial.step_s, axis=0)
+    q, v = predictor.followed.x[:, :new], predictor.followed.x[:, count : count + new]
+    a = np.gradient(v, predictor.trial.step_s, axis=0)
     force = np.zeros((len(q), old))
     for own, other, motion in (
         (before.M, after.M, a), (before.R, after.R, v), (before.K, after.K, q)
@@ -266,22 +266,26 @@ def _change(before: LinearModel, after: LinearModel, count: int, stage: Stage) -
     return np.asarray(np.linalg.norm(force, axis=1))
 
 
-def _altered(fault: ChannelFault, stage: Stage, names: Sequence[str], values: Array) -> Array:
+def _altered(
+    fault: ChannelFault, predictor: Predictor, names: Sequence[str], values: Array
+) -> Array:
     """Return what a fault changes in channels, (samples, channels)."""
     columns = dict(zip(names, values.T, strict=True))
-    changed = fault.distort(columns, 1 / stage.trial.step_s)
+    changed = fault.distort(columns, 1 / predictor.trial.step_s)
     return np.column_stack([changed[n] - columns[n] for n in names])
 
 
 def _altered_by(
-    fault: ChannelFault, stage: Stage, name: str, model: LinearModel
+    fault: ChannelFault, predictor: Predictor, name: str, model: LinearModel
 ) -> tuple[float, float]:
     """Return the RMS of what a fault changes in a channel, and of the channel."""
     driven = name in model.inputs
     names = model.inputs if driven else model.outputs
-    values = stage.trial.u if driven else np.nan_to_num(stage.trial.y) - stage.followed.e
+    values = (
+        predictor.trial.u if driven else np.nan_to_num(predictor.trial.y) - predictor.followed.e
+    )
     column = list(names).index(name)
-    altered = _altered(fault, stage, names, values)
+    altered = _altered(fault, predictor, names, values)
     return _rms([altered[:, column]]), _rms([values[:, column]])
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from twin.diagnosis.dropping import lost
 from twin.diagnosis.explanation import Explanation
-from twin.diagnosis.predict import Stage
+from twin.diagnosis.predict import Predictor
 from twin.diagnosis.read_off import ReadOff
 from twin.diagnosis.result import Finding, Verdict
 from twin.diagnosis.search import Found
@@ -53,7 +53,7 @@ def none_of_these() -> float:
     return 1 / (len(vocabulary()) + 2)
 
 
-def judge(found: Found, beside: Sequence[Stage], faults: Sequence[ReadOff] = ()) -> Judgement:
+def judge(found: Found, beside: Sequence[Predictor], faults: Sequence[ReadOff] = ()) -> Judgement:
     """Judge the explanations of a search.
 
     Args:
