@@ -139,7 +139,7 @@ def _innocent(diagnosis: Diagnosis) -> list[Block]:
     if blocks:
         blocks.insert(0, Text(
             "The same where nothing was found. Where the samples are coarse, below some twenty a "
-            "period of the highest mode, what they leave out of the acceleration looks like a slope."
+            "period of the highest mode, what they leave out of the acceleration looks like a law."
         ))  # fmt: skip
     return blocks
 
