@@ -1,6 +1,6 @@
 """Identification at the size of a real modal test, against the bound and the truth.
 
-    python experiments/modal_test_size.py --draws 3
+    python experiments/modal_test_size.py --draws 100 --out modal_test_size.jsonl --json FILE
 
 A simply supported plate with 40 modes up to 16 kHz is shaken at two points by random forces, 30
 accelerometers are read at 51.2 kHz for a second, with noise of 1 % of each channel's RMS. Prints
@@ -9,16 +9,21 @@ damping over the Cramer-Rao bound, how often the 95 % intervals hold the truth, 
 
 A listed mode belongs to the true one it is nearest to, within a half bandwidth of that one; what
 belongs to none, or comes second, is spurious. The bound is that of all parameters at their true
-values with the true noise.
+values with the true noise and the forces of that draw. Resumable: the file of ``--out`` keeps
+what is done.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import resource
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +31,7 @@ from rich.console import Console
 from rich.table import Table
 from scipy import signal
 
+from twin.campaign import campaign
 from twin.errors import TwinError
 from twin.identification.identify import identify
 from twin.identification.records import prepare
@@ -135,62 +141,98 @@ def matched(plate: Plate, modal: ModalModel) -> tuple[dict[int, int], list[str]]
     return pairs, others
 
 
+def one(plate: Plate, seed: int) -> dict[str, Any]:
+    """Identify one draw.
+
+    Returns:
+        errors, stds: over the bounds, of frequencies and damping ratios, (2, modes), None for a
+            mode that is missed; found, spurious: how many; seconds, cpu; error: if it failed.
+    """
+    recording, _ = drawn(plate, seed, NOISE)
+    start, busy = time.perf_counter(), time.process_time()
+    try:
+        modal = identify([recording], band_hz=BAND).modal
+    except TwinError as error:
+        return {"error": str(error), "found": 0, "spurious": 0}
+    seconds, cpu = time.perf_counter() - start, time.process_time() - busy
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024**2
+    limits = bound(plate, seed)
+    pairs, extra = matched(plate, modal)
+    errors: list[list[float | None]] = [[None] * MODES, [None] * MODES]
+    stds: list[list[float | None]] = [[None] * MODES, [None] * MODES]
+    for row, (value, std, true) in enumerate((
+        (modal.natural_freq, modal.natural_freq_std, plate.omega / (2 * np.pi)),
+        (modal.damping_ratio, modal.damping_ratio_std, plate.zeta),
+    )):  # fmt: skip
+        assert std is not None
+        for i, j in pairs.items():
+            errors[row][i] = float((value[j] - true[i]) / limits[row][i])
+            stds[row][i] = float(std[j] / limits[row][i])
+    return {
+        "found": len(pairs), "spurious": len(extra), "at": extra, "seconds": seconds, "cpu": cpu,
+        "memory_gb": memory, "errors": errors, "stds": stds,
+    }  # fmt: skip
+
+
+def summary(results: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    """Return what all draws say together."""
+    rows = [r for r in results.values() if "errors" in r]
+    errors = np.array([r["errors"] for r in rows], float)
+    stds = np.array([r["stds"] for r in rows], float)
+    ratio = np.sqrt(np.nanmean(errors**2, axis=0))
+    held = np.isfinite(errors)
+    cover = np.sum(np.abs(errors) <= 1.96 * stds, axis=(0, 2)) / np.sum(held, axis=(0, 2))
+    return {
+        "draws": len(results),
+        "all_found": float(np.mean([r["found"] == MODES for r in results.values()])),
+        "none_spurious": float(np.mean([r["spurious"] == 0 for r in results.values()])),
+        "rmse_over_bound": np.sqrt(np.nanmean(errors**2, axis=(0, 2))).tolist(),
+        "worst_over_bound": ratio.max(axis=1).tolist(),
+        "above_1.2": np.sum(ratio > 1.2, axis=1).tolist(),
+        "std_over_bound": np.nanmedian(stds, axis=(0, 2)).tolist(),
+        "coverage": cover.tolist(),
+        "seconds": float(np.median([r["seconds"] for r in rows])),
+        "cpu": float(np.median([r["cpu"] for r in rows])),
+        "memory_gb": float(max(r["memory_gb"] for r in rows)),
+        "rmse_over_bound_of_modes": ratio.tolist(),
+    }
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--draws", type=int, default=3)
     parser.add_argument("--first", type=int, default=0, help="seed of the first draw")
-    parser.add_argument("--out", type=Path, help="file for every draw's errors, as .npz")
+    parser.add_argument("--out", type=Path, help="file that keeps the draws, to go on from")
+    parser.add_argument("--json", type=Path, help="file for the summary")
     options = parser.parse_args()
     console = Console()
-    plate = Plate.of()
-    limits = np.array(bound(plate, options.first))
-    true = np.array([plate.omega / (2 * np.pi), plate.zeta])
-    errors, stds = np.full((2, options.draws, 2, MODES), np.nan)
-    found, spurious, seconds, cpu = [], [], [], []
-    for draw in range(options.draws):
-        recording, _ = drawn(plate, options.first + draw, NOISE)
-        start, busy = time.perf_counter(), time.process_time()
-        try:
-            modal = identify([recording], band_hz=BAND).modal
-        except TwinError as error:
-            console.print(f"draw {draw}: {error}")
-            continue
-        seconds.append(time.perf_counter() - start)
-        cpu.append(time.process_time() - busy)
-        pairs, extra = matched(plate, modal)
-        found.append(len(pairs))
-        spurious.append(len(extra))
-        for i, j in pairs.items():
-            values = modal.natural_freq[j], modal.damping_ratio[j]
-            assert modal.natural_freq_std is not None
-            assert modal.damping_ratio_std is not None
-            errors[draw, :, i] = np.array(values) - true[:, i]
-            stds[draw, :, i] = modal.natural_freq_std[j], modal.damping_ratio_std[j]
-        console.print(
-            f"draw {draw}: {len(pairs)} of {MODES}, {extra} spurious, {seconds[-1]:.1f} s"
-        )
-    if not found:
+    tasks = {f"draw {seed}": seed for seed in range(options.first, options.first + options.draws)}
+    results = campaign(
+        partial(one, Plate.of()), tasks, results=options.out, identity="modal test size",
+        progress=lambda done, of: console.print(f"{done} of {of} draws"),
+    )  # fmt: skip
+    for name, row in results.items():
+        if row["found"] < MODES or row["spurious"]:
+            console.print(name, row.get("error", f"{row['found']} found, spurious {row.get('at')}"))
+    if all("error" in row for row in results.values()):
         return
-    held = np.isfinite(errors)
-    ratio = np.sqrt(np.nansum(errors**2, axis=0) / np.maximum(held.sum(axis=0), 1)) / limits
-    inside = np.abs(errors) <= 1.96 * stds
-    cover = np.nansum(inside, axis=(0, 2)) / np.sum(held, axis=(0, 2))
+    found = summary(results)
     table = Table("", "frequency", "damping")
-    table.add_row("RMSE / bound, all modes", *(f"{np.sqrt(np.mean(r**2)):.2f}" for r in ratio))
-    table.add_row("RMSE / bound, worst mode", *(f"{r.max():.2f}" for r in ratio))
-    table.add_row("std / bound, median", *(f"{x:.2f}" for x in np.nanmedian(stds / limits, (0, 2))))
-    table.add_row("95 % intervals that hold the truth", *(f"{100 * c:.1f} %" for c in cover))
+    for title, key in (
+        ("RMSE / bound, all modes", "rmse_over_bound"),
+        ("RMSE / bound, worst mode", "worst_over_bound"),
+        ("std / bound, median", "std_over_bound"),
+        ("95 % intervals that hold the truth", "coverage"),
+    ):
+        table.add_row(title, *(f"{x:.3f}" for x in found[key]))
     console.print(table)
-    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024**2
     console.print(
-        f"{options.draws} draws: all {MODES} modes in {np.mean(np.array(found) == MODES):.0%}, "
-        f"none spurious in {np.mean(np.array(spurious) == 0):.0%}, {np.mean(seconds):.1f} s "
-        f"({np.mean(cpu):.1f} CPU s) a run, {memory:.2f} GB at most"
+        f"{found['draws']} draws: all {MODES} modes in {found['all_found']:.0%}, none spurious in "
+        f"{found['none_spurious']:.0%}, {found['seconds']:.1f} s ({found['cpu']:.1f} CPU s) a run, "
+        f"{found['memory_gb']:.2f} GB at most"
     )
-    if options.out:
-        np.savez(
-            options.out, errors=errors, stds=stds, bound=limits, found=found, spurious=spurious
-        )
+    if options.json:
+        options.json.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

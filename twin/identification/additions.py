@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.errors import IdentificationError
+from twin.identification.projected import Projected
 from twin.identification.segment import LEAST_LINES, Segment, level_weights
-from twin.identification.separable import Projected, project, solve, start_drive
+from twin.identification.separable import project, solve, start_drive
 from twin.identification.separable_terms import Drive, Terms
 from twin.identification.spectra import Spectrum
 

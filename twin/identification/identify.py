@@ -111,7 +111,7 @@ def _best(
         other = identify_wide(records, band_hz, progress)
     except IdentificationError:
         return found
-    return found if _possible(found) and found.nrmse <= other.nrmse else other
+    return found if _possible(found) and _bic(found) <= _bic(other) else other
 
 
 def _whole(
@@ -138,8 +138,7 @@ def _whole(
         whole = _identify(records, None, None, band_hz, start)
     except IdentificationError:
         return found
-    assert whole.fit is not None
-    return whole if _possible(whole) and whole.fit.bic < found.fit.bic else found
+    return whole if _possible(whole) and _bic(whole) < _bic(found) else found
 
 
 def _unit_pole(damping_ratio: NDArray[np.float64]) -> ComplexArray:
@@ -151,6 +150,10 @@ def _possible(found: Identification) -> bool:
     std = found.modal.damping_ratio_std
     assert std is not None
     return bool(np.all(found.modal.damping_ratio > 0) and np.all(std < found.modal.damping_ratio))
+
+
+def _bic(found: Identification) -> float:
+    return found.fit.bic if found.fit else np.inf
 
 
 def _sound(found: Identification) -> bool:

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.identification.projected import Projected
 from twin.identification.segment import Segment, level_weights
-from twin.identification.separable import Projected, project
+from twin.identification.separable import project
 from twin.identification.separable_terms import Drive, Terms
 
 Array = NDArray[np.float64]

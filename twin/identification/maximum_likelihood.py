@@ -26,6 +26,7 @@ from twin.identification.modal_response import (
 )
 from twin.identification.modal_start import from_poles
 from twin.identification.normal_equations import Equations, cost_of, equations, least_squares
+from twin.identification.seminormal import covariance_of
 from twin.identification.spectra import Spectrum
 
 Array = NDArray[np.float64]
@@ -215,9 +216,8 @@ def _summarise(
     whiten = [whitener(C) for C in covariances]
     n = len(p.omega)
     found = equations(p, spectra, whiten, hold, w_max, residual, kept=2 * n)
-    scale = np.sqrt(np.maximum(np.diag(found.gram), np.finfo(float).tiny))
-    inverse = np.linalg.pinv(found.gram / np.outer(scale, scale), hermitian=True)
-    misfit = np.ones(len(scale))
+    bound = covariance_of(found.gram)
+    misfit = np.ones(len(bound))
     assert found.kept is not None
     misfit[: 2 * n] = [_misfit(found.kept[:, i], found.white) for i in range(2 * n)]
     log_det = sum(float(np.sum(np.linalg.slogdet(C)[1])) for C in covariances)
@@ -227,10 +227,10 @@ def _summarise(
         residual=residual,
         w_max=w_max,
         noise=noise,
-        covariance=inverse * np.outer(misfit / scale, misfit / scale),
-        fisher_covariance=inverse / np.outer(scale, scale),
+        covariance=bound * np.outer(misfit, misfit),
+        fisher_covariance=bound,
         log_likelihood=-log_det - found.cost / 2,
-        unknowns=len(scale) - sum(edge.size for edge in p.edges),
+        unknowns=len(bound) - sum(edge.size for edge in p.edges),
         data=2 * found.white.size,
         w_min=min(float(s.omega[0]) for s in spectra),
     )

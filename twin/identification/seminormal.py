@@ -42,6 +42,19 @@ def least_squares(A: Array, R: Array, y: Array) -> tuple[Array, Array]:
     return c, y - A @ c
 
 
+def covariance_of(information: Array) -> Array:
+    """Return the inverse of a Fisher information; what it tells nothing about is unknown.
+
+    A pseudo-inverse would say of a direction without information that it is known exactly. Here
+    it has the least information that rounding leaves.
+    """
+    size = np.sqrt(np.maximum(np.diag(information), np.finfo(float).tiny))
+    values, vectors = np.linalg.eigh(information / np.outer(size, size))
+    least = len(size) * np.finfo(float).eps * max(float(values[-1]), 1.0)
+    inverse = (vectors / np.maximum(values, least)) @ vectors.T
+    return np.asarray(inverse / np.outer(size, size))
+
+
 def real_rows(values: ComplexArray | Array) -> Array:
     """Stack real over imaginary parts, scaled so that a line's squared magnitude counts twice."""
     return np.sqrt(2) * np.vstack([values.real, values.imag])

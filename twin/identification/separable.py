@@ -14,45 +14,20 @@ Source: Golub and Pereyra 1973; Kaufman 1975 for the derivative.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
 from twin.errors import IdentificationError
+from twin.identification.piecewise import by_runs
+from twin.identification.projected import Projected, turn
 from twin.identification.seminormal import least_squares, real_rows, triangle
 from twin.identification.separable_terms import Drive, Terms
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
-
-JOINT_ELEMENTS = 2e7
-"""Numbers in the whitened regressors up to which noise shared by outputs is weighed exactly."""
-
-
-@dataclass(frozen=True)
-class Projected:
-    """The model at one drive, everything linear solved for.
-
-    Attributes:
-        cost: weighted sum of squares (twice the negative log likelihood without determinants).
-        psi: shapes, (outputs, n).
-        direct: coefficients of the direct terms and free ends, (columns, outputs).
-        error: residual spectra, not weighted, (lines, outputs).
-        gram: Gauss-Newton matrix of the drive's real parameters, or None.
-        right: its right-hand side, or None.
-        loss: by how much the cost rises when a mode is left out, the rest of the linear
-            parameters solved for anew, (n,); None where it was not asked for.
-    """
-
-    cost: float
-    psi: ComplexArray
-    direct: Array
-    error: ComplexArray
-    gram: Array | None = None
-    right: Array | None = None
-    loss: Array | None = None
 
 
 def project(
@@ -93,22 +68,6 @@ def project(
     return _by_output(drive, terms.Y, Phi, moves, np.asarray(weight.real), moving)
 
 
-def _turn(drive: Drive, psi: ComplexArray, moving: NDArray[np.intp]) -> Array:
-    """How a unit of each real parameter enters the two real regressors of its component.
-
-    Returns:
-        (outputs, n, components, 2 regressors, 2 parameters).
-    """
-    drive, psi = drive.only(moving), psi[:, moving]
-    root = np.sqrt(1 - drive.zeta**2)
-    by_zeta = drive.zeta * drive.omega * (-1 - 1j * drive.zeta / root)
-    unit = np.empty((*drive.v.shape, 2), complex)
-    unit[:, 0, 0], unit[:, 0, 1] = drive.poles, by_zeta
-    unit[:, 1:, 0], unit[:, 1:, 1] = 1, 1j
-    delta = psi[:, :, None, None] * unit
-    return np.stack([delta.real, delta.imag], axis=3)
-
-
 def _by_output(
     drive: Drive,
     Y: ComplexArray,
@@ -127,6 +86,10 @@ def _by_output(
     level = weight[0]
     form = weight / level
     alike = np.ptp(form, axis=1).max() < 1e-9
+    if not alike:
+        done = by_runs(drive, Y, Phi, moves, weight, moving)
+        if done is not None:
+            return done
     for group in [np.arange(outputs)] if alike else [np.array([o]) for o in range(outputs)]:
         w = form[:, group[:1]]
         A = real_rows(w * Phi)
@@ -152,7 +115,7 @@ def _by_output(
         _, F = least_squares(A, R, real_rows(w * moves))
         G = (F.T @ F).reshape(e, 2, e, 2)
         h = (F.T @ left).reshape(e, 2, len(group))
-        T = _turn(drive, psi[group] * level[group, None], moving).reshape(len(group), e, 2, 2)
+        T = turn(drive, psi[group] * level[group, None], moving).reshape(len(group), e, 2, 2)
         both = np.einsum("oiea,ojfb->iejfab", T, T, optimize=True)
         part = np.einsum("iejf,iejfab->iajb", G, both, optimize=True)
         gram += part.reshape(2 * e, 2 * e)
@@ -193,7 +156,7 @@ def _jointly(
     done = Projected(float(left @ left), psi, c[2 * n :], Y - Phi @ c, loss=loss)
     if moves is None:
         return done
-    T = _turn(drive, psi, moving).reshape(outputs, e, 2, 2)
+    T = turn(drive, psi, moving).reshape(outputs, e, 2, 2)
     F = np.einsum("kie,oiea->koia", moves.reshape(lines, e, 2), T, optimize=True)
     J = real_rows(np.einsum("koj,kjp->kop", W, F.reshape(lines, outputs, -1)).reshape(-1, 2 * e))
     _, J = least_squares(A, R, J)

@@ -97,7 +97,8 @@ def excited_band(inputs: Sequence[Array], dt: float) -> tuple[float, float]:
     """Return the band [Hz] that the inputs excite, at most up to the usable bandwidth.
 
     The power of all inputs is smoothed over neighbouring lines; the band spans what exceeds a
-    thousandth of the strongest.
+    thousandth of the strongest, up to the last line that does so itself: smoothing smears the
+    sharp end of a multisine.
     """
     low, high = np.inf, 0.0
     top = USABLE_FRACTION / dt
@@ -106,7 +107,8 @@ def excited_band(inputs: Sequence[Array], dt: float) -> tuple[float, float]:
         power = np.sum(np.abs(np.fft.rfft(u, axis=0)) ** 2, axis=1)
         width = max(len(freq) // 64, 1)
         smooth = np.convolve(power[1:], np.ones(width) / width, mode="same")
-        excited = freq[1:][(smooth > EXCITED_LEVEL * smooth.max()) & (freq[1:] <= top)]
+        strong = np.minimum(smooth, power[1:]) > EXCITED_LEVEL * smooth.max()
+        excited = freq[1:][strong & (freq[1:] <= top)]
         if len(excited):
             low, high = min(low, float(excited[0])), max(high, float(excited[-1]))
     return (low, high) if high > low else (0.0, top)

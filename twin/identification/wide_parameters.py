@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from twin.estimation.noise import NoiseLevels
 from twin.identification.maximum_likelihood import ModalFit
 from twin.identification.modal_response import ModalParameters
-from twin.identification.separable import Projected
+from twin.identification.projected import Projected
+from twin.identification.seminormal import covariance_of
 from twin.identification.separable_terms import Drive, Terms
 
 Array = NDArray[np.float64]
@@ -42,7 +43,7 @@ def as_fit(drive: Drive, done: Projected, terms: Terms, weight: Array, w_min: fl
         drive.v[:, :r] * size[:, None], D[0], D[1], free, tuple(edges), D[2],
     )  # fmt: skip
     assert done.gram is not None
-    inverse = np.asarray(np.linalg.pinv(done.gram, hermitian=True), float)
+    inverse = covariance_of(done.gram)
     covariance = inverse.reshape(n, q, 2, n, q, 2)
     first = covariance[:, 0, :, :, 0, :].transpose(1, 0, 3, 2).reshape(2 * n, 2 * n)
     scale = np.concatenate([np.ones(n), drive.zeta])
