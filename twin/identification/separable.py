@@ -201,6 +201,7 @@ def solve(
         assert here.right is not None
         size = np.sqrt(np.maximum(np.diag(here.gram), 1e-12 * np.diag(here.gram).max()))
         G, h = here.gram / np.outer(size, size), here.right / size
+        more = 8.0
         while damping < 1e8:
             step = np.linalg.solve(G + damping * np.eye(len(G)), h)
             if step @ (2 * h - G @ step) < tolerance * here.cost:
@@ -211,7 +212,7 @@ def solve(
             there = project(tried, terms, weight, held=held)
             if there.cost < here.cost:
                 break
-            damping *= 8
+            damping, more = damping * more, 4 * more
         else:
             return drive, here
         fall = (here.cost - there.cost) / here.cost
