@@ -40,7 +40,7 @@ class ModalParameters:
         D2: what modes above the band add, multiplied by (w / w_max)^2, (m, r).
         D_low: what modes below the band add, multiplied by (w_max / w)^2, (m, r), or None.
         transient: c, (records, n).
-        edges: outputs at the free samples, (records, 2 edge, m).
+        edges: outputs at the free samples, by combinations of them, (records, combinations, m).
     """
 
     omega: Array
@@ -127,7 +127,7 @@ def respond(
     Y += (t * p.transient[record]) @ p.psi.T
     Y += (mirrored * p.transient[record].conj()) @ p.psi.conj().T
     if s.edge:
-        Y += s.edge_columns() @ p.edges[record]
+        Y += s.edge_columns @ p.edges[record]
     return Y
 
 
@@ -138,7 +138,7 @@ def jacobian(
 
     Order: log omega (n), zeta (n), psi without anchors (real then imaginary, per mode),
     participation (n, r, 2), D (m, r), D2 (m, r) where ``residual``, transient (n, 2) of this
-    record, edges (2 edge, m) of this record.
+    record, edges (combinations, m) of this record.
     """
     p = parameters
     m, n = p.psi.shape
@@ -179,6 +179,6 @@ def jacobian(
     for i in range(n):
         plus, minus = np.outer(t[:, i], psi[:, i]), np.outer(u[:, i], psi[:, i].conj())
         columns += [plus + minus, 1j * (plus - minus)]
-    for pulse in s.edge_columns().T:
+    for pulse in s.edge_columns.T:
         columns += [np.outer(pulse, eye[j]) for j in range(m)]
     return np.stack(columns, axis=2)

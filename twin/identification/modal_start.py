@@ -31,7 +31,7 @@ def from_poles(
     """
     n, m, r = len(poles), spectra[0].Y.shape[1], spectra[0].U.shape[1]
     blocks, targets = [], []
-    own = [2 * n + 2 * s.edge for s in spectra]
+    own = [2 * n + s.edge_columns.shape[1] for s in spectra]
     common = 2 * n * r + r * (1 + residual)
     for index, s in enumerate(spectra):
         b, _, t, _ = basis(poles, s, hold)
@@ -41,7 +41,7 @@ def from_poles(
         shared = [plus + minus, 1j * (plus - minus), s.U]
         if residual:
             shared.append(s.U * (s.omega[:, None] / w_max) ** 2)
-        private = np.hstack([t + u, 1j * (t - u), s.edge_columns()])
+        private = np.hstack([t + u, 1j * (t - u), s.edge_columns])
         left, right = sum(own[:index]), sum(own[index + 1 :])
         rows = len(b)
         blocks.append(

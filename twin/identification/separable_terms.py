@@ -101,8 +101,8 @@ class Terms:
         columns = [np.zeros((len(U), 0)), *(U * ratio**power for power in self.powers)]
         for s, at in zip(self.spectra, self.rows, strict=True):
             if s.edge:
-                ends = np.zeros((len(U), 2 * s.edge), complex)
-                ends[at] = s.edge_columns()
+                ends = np.zeros((len(U), s.edge_columns.shape[1]), complex)
+                ends[at] = s.edge_columns
                 columns.append(ends)
         return np.hstack(columns)
 

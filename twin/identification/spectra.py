@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,11 @@ USABLE_FRACTION = 1 / 2.56
 
 EXCITED_LEVEL = 1e-3
 """Bins whose input power lies this far below the strongest carry no information."""
+
+
+FELT_AT_EDGE = 1e-3
+"""Share of the strongest below which the band's lines do not feel a combination of free samples:
+in a band far below the sampling rate, neighbouring samples differ by nothing that they see."""
 
 
 @dataclass(frozen=True)
@@ -64,10 +70,15 @@ class Spectrum:
             return np.ones(len(self.omega))
         return np.asarray(1 / np.mean(self.noise**2, axis=1))
 
+    @cached_property
     def edge_columns(self) -> ComplexArray:
-        """Spectra of unit pulses at the free samples, (bins, 2 * edge)."""
+        """Spectra of unit combinations of the free samples that the lines feel, (bins, n)."""
         free = np.r_[0 : self.edge, self.samples - self.edge : self.samples]
-        return np.exp(-1j * np.outer(self.omega * self.dt, free)) / np.sqrt(self.samples)
+        pulses = np.exp(-1j * np.outer(self.omega * self.dt, free)) / np.sqrt(self.samples)
+        if not self.edge:
+            return pulses
+        size, turn = np.linalg.eigh((pulses.conj().T @ pulses).real)
+        return np.asarray(pulses @ turn[:, size > FELT_AT_EDGE**2 * size[-1]])
 
 
 def spectrum(

@@ -35,8 +35,8 @@ def as_fit(drive: Drive, done: Projected, terms: Terms, weight: Array, w_min: fl
         if s.transient:
             free[index] = drive.v[:, column] * size
             column += 1
-        edges.append(done.direct[row : row + 2 * s.edge])
-        row += 2 * s.edge
+        edges.append(done.direct[row : row + s.edge_columns.shape[1]])
+        row += s.edge_columns.shape[1]
     D = [done.direct[i * r : (i + 1) * r].T for i in range(len(terms.powers))]
     p = ModalParameters(
         drive.omega, drive.zeta, done.psi / size, anchor,
