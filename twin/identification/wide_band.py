@@ -259,9 +259,12 @@ def _settled(
     """Fit all modes at once, lines weighed by their segment's noise; drop what is too vague.
 
     A segment knows the modes of others only by what they were before it was fitted: errors that
-    enter each other's are not at the bound until all are solved for together. Modes that are
-    vaguer than they are large go, and those that beside all others do not pay for their unknowns.
+    enter each other's are not at the bound until all are solved for together. Modes that do not pay
+    for their unknowns beside all others go, and those among the lines whose damping is vaguer than
+    it is large; that of a flank from beyond the band always is.
     """
+    lines = np.concatenate([s.omega for s in terms.spectra])
+    first, last = lines.min(), lines.max()
     price = unknowns_of_mode(terms) * float(np.log(2 * terms.Y.size))
 
     def needless(done: Projected, vague: NDArray[np.bool_]) -> NDArray[np.intp]:
@@ -284,7 +287,8 @@ def _settled(
         drive, done = solve(drive, terms, weight, AT_ONCE / (2 * terms.Y.size), STEPS_AT_ONCE)
         assert done.gram is not None
         std = np.sqrt(np.diag(covariance_of(done.gram)))
-        gone = needless(done, std.reshape(*drive.v.shape, 2)[:, 0, 1] > 1)
+        vague = std.reshape(*drive.v.shape, 2)[:, 0, 1] > 1
+        gone = needless(done, vague & (drive.omega >= first) & (drive.omega <= last))
         if not len(gone):
             return drive, done, weight
         drive = drive.without(gone)
