@@ -1,22 +1,27 @@
-"""Many modes from frequency responses: ours beside sdypy-EMA's least-squares complex frequency.
+"""Many modes: ours beside what a user would pick instead, on the same records, in one run.
 
-    pip install sdypy-EMA
-    python benchmarks/modal_peers.py [--hammer FOLDER]
+    pip install sdypy-EMA pyOMA-2 control sippy-unipi pymor
+    python benchmarks/modal_peers.py [--hammer FOLDER] [--json FILE]
 
-The plate of ``experiments/modal_test_size.py``, and hits of a metal part where their folder is
-given. The peer gets H1 of the same records and, as a person would pick in its diagram, the
-frequencies near which poles are to be chosen: its modes are asked for, none can be spurious. Ours
-gets the records and no hint. Without sdypy-EMA the script says so and ends.
+The plate of ``experiments/modal_test_size.py``, hits of a metal part where their folder is given,
+and the two-storey frame on a random shaker, from its accelerations alone. sdypy-EMA and pyOMA2 get,
+as a person would pick in their diagrams, the frequencies near which poles are to be chosen: their
+modes are asked for, none can be spurious. python-control, pymor and SIPPY get the true order. Ours
+gets the records and no hint. Every method has a process of its own and ``--limit`` seconds; memory
+is the peak of that process, the imports included. A peer that is not installed is skipped.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import sys
-import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from machine import described
+from modal_methods import METHODS, OUTPUT_ONLY, alone
 from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
@@ -26,95 +31,169 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "experiments"))
 from hammer_part import NAMES, PEER_HZ, RATE
 from modal_test_size import BAND, NOISE, Plate, bound, drawn
 
+from twin import shaker_test
 from twin.formats import read_recording
-from twin.identification.identify import identify
-from twin.identification.records import prepare
-from twin.modal import ModalModel
+from twin.model import Twin
 from twin.recording import Recording
-from twin.signals.frf import measured_response
 
 Array = NDArray[np.float64]
 
-ORDER = 100
-"""Highest order of the peer's polynomials."""
+FRAME_BAND = (0.5, 12.5)
+"""[Hz]"""
 
 
-def peer(
-    recordings: list[Recording], band: tuple[float, float], hints: Array
-) -> tuple[Array, Array]:
-    """Return natural frequencies [Hz] and damping ratios that sdypy-EMA finds near ``hints``."""
-    from sdypy import EMA
-
-    records = prepare(recordings)
-    found = measured_response(records.pairs, recordings[0].sampling_hz)
-    keep = found.frequency_hz > 0
-    model = EMA.Model(
-        found.H[keep, :, 0].T, found.frequency_hz[keep], lower=band[0], upper=band[1],
-        pol_order_high=ORDER, frf_form="accelerance",
-    )  # fmt: skip
-    model.get_poles(show_progress=False)
-    model.select_closest_poles(list(hints))
-    return np.asarray(model.nat_freq, float), np.asarray(model.nat_xi, float)
-
-
-def nearest(f: Array, modal: ModalModel) -> tuple[Array, Array]:
-    """Return our frequency and damping nearest to each of some frequencies."""
-    at = [int(np.argmin(np.abs(modal.natural_freq - x))) for x in f]
-    return modal.natural_freq[at], modal.damping_ratio[at]
-
-
-def plate(console: Console) -> None:
+def plate(console: Console, limit: float) -> list[dict[str, Any]]:
+    """Find the plate's modes with every method."""
     made = Plate.of()
     true = made.omega / (2 * np.pi)
     recording, _ = drawn(made, 0, NOISE)
     limits = bound(made, 0)
-    table = Table("plate, 40 modes", "found", "frequency", "damping", "s")
+    table = Table("plate, 40 modes", "found", "spurious", "frequency", "damping", "s", "GB")
+    rows = []
+    for name in METHODS:
+        found = alone(name, [recording], BAND, true, limit)
+        row: dict[str, Any] = {"method": name}
+        if "error" in found:
+            row["error"] = found["error"]
+            table.add_row(name, row["error"])
+            rows.append(row)
+            continue
+        f, zeta = np.array(found["frequency"]), np.array(found["damping"])
+        pairs = matched(true, made.zeta * true, f)
+        off = [
+            [abs(values[j] - t[i]) / b[i] for i, j in pairs.items()]
+            for values, t, b in zip((f, zeta), (true, made.zeta), limits, strict=True)
+        ]
+        row |= {
+            "found": len(pairs), "spurious": None if found["hinted"] else len(f) - len(pairs),
+            "over_bound": [float(np.median(x)) if x else None for x in off],
+            "seconds": found["seconds"], "memory_gb": found["memory_gb"],
+        }  # fmt: skip
+        rows.append(row)
+        spurious = "told where" if row["spurious"] is None else str(row["spurious"])
+        errors = ["" if x is None else f"{x:.2f}" for x in row["over_bound"]]
+        table.add_row(name, str(len(pairs)), spurious, *errors, f"{found['seconds']:.1f}",
+                      f"{found['memory_gb']:.2f}")  # fmt: skip
+    console.print(table, "frequency and damping: median error of what is found, over the bound")
+    return rows
 
-    def row(name: str, values: tuple[Array, Array], seconds: float) -> None:
-        error = np.abs(values[0] - true)
-        found = error < made.zeta * true
-        of = [np.median(np.abs(v - t)[found] / b[found])
-              for v, t, b in zip(values, (true, made.zeta), limits, strict=True)]  # fmt: skip
-        table.add_row(name, str(found.sum()), f"{of[0]:.2f}", f"{of[1]:.2f}", f"{seconds:.1f}")
 
-    start = time.perf_counter()
-    modal = identify([recording], band_hz=BAND).modal
-    row("ours", nearest(true, modal), time.perf_counter() - start)
-    start = time.perf_counter()
-    row("sdypy-EMA, given where", peer([recording], BAND, true), time.perf_counter() - start)
-    console.print(table, "frequency and damping: median error over the Cramer-Rao bound")
+def matched(true: Array, width: Array, found: Array) -> dict[int, int]:
+    """Return true mode -> found mode nearest to it, within a width and each once."""
+    pairs: dict[int, int] = {}
+    for i, f in enumerate(true):
+        j = int(np.argmin(np.abs(found - f))) if len(found) else -1
+        if j >= 0 and abs(found[j] - f) < width[i] and j not in pairs.values():
+            pairs[i] = j
+    return pairs
 
 
-def hammer(console: Console, folder: Path) -> None:
+def hammer(console: Console, folder: Path, limit: float) -> list[dict[str, Any]]:
+    """Compare frequencies and damping of the metal part with the peers that find its modes."""
     hits = [read_recording(f, NAMES, RATE) for f in sorted(folder.glob("hit*.csv"))[:2]]
     hints = np.array(PEER_HZ)
-    start = time.perf_counter()
-    modal = identify(hits).modal
-    ours, mid = nearest(hints, modal), time.perf_counter()
-    theirs = peer(hits, (700.0, 6200.0), hints)
-    end = time.perf_counter()
-    table = Table("sdypy-EMA [Hz]", "ours [Hz]", "off [%]", "damping [%]", "ours [%]", "ratio")
-    for f, g, z, y in zip(theirs[0], ours[0], theirs[1], ours[1], strict=True):
+    found = {
+        name: alone(name, hits, (700.0, 6200.0), hints, limit)
+        for name in METHODS if name in ("ours", "sdypy-EMA", "pyOMA2 pLSCF")
+    }  # fmt: skip
+    table = Table("mode [Hz]", *(f"{name} [Hz], damping [%]" for name in found))
+    rows = []
+    for f in hints:
+        row: dict[str, Any] = {"mode": float(f)}
+        for name, x in found.items():
+            if "error" in x or not x["frequency"]:
+                row[name] = None
+                continue
+            j = int(np.argmin(np.abs(np.array(x["frequency"]) - f)))
+            near = abs(x["frequency"][j] / f - 1) < 5e-3
+            row[name] = (x["frequency"][j], x["damping"][j]) if near else None
+        rows.append(row)
+        cells = (row[name] for name in found)
         table.add_row(
-            f"{f:.2f}", f"{g:.2f}", f"{100 * (g / f - 1):+.3f}", f"{100 * z:.4f}",
-            f"{100 * y:.4f}", f"{y / z:.2f}",
-        )  # fmt: skip
-    console.print(table, f"ours {mid - start:.1f} s, sdypy-EMA {end - mid:.1f} s")
+            f"{f:.1f}", *("" if c is None else f"{c[0]:.2f}, {100 * c[1]:.4f}" for c in cells)
+        )
+    console.print(table, "; ".join(
+        f"{name}: " + (x["error"] if "error" in x else f"{x['seconds']:.1f} s")
+        for name, x in found.items()
+    ))  # fmt: skip
+    return rows
+
+
+def frame(console: Console, draws: int) -> list[dict[str, Any]]:
+    """Find the frame's modes from its accelerations alone, on a random shaker."""
+    modes = Twin.load("two_storey_lumped").modes()
+    true = np.array([modes.natural_freq, modes.damping_ratio])
+    rows: list[dict[str, Any]] = []
+    for name, method in OUTPUT_ONLY.items():
+        errors, inside = [], []
+        row: dict[str, Any] = {"method": name, "draws": draws, "missed": 0, "spurious": 0}
+        for seed in range(draws):
+            try:
+                found = np.array(method([_shaken(seed)], FRAME_BAND, true[0]))
+            except ImportError as error:
+                row["error"] = f"skipped: {error.name} is not installed"
+                break
+            pairs = matched(true[0], 3 * true[1] * true[0], found[0])
+            row["spurious"] += len(found[0]) - len(pairs)
+            if len(pairs) < len(true[0]):
+                row["missed"] += 1
+                continue
+            at = [pairs[i] for i in range(len(true[0]))]
+            off = found[:2, at] - true
+            errors.append(off / true)
+            inside.append(np.abs(off) <= 1.96 * found[2:, at])
+        if errors:
+            row["rms_error"] = np.sqrt(np.mean(np.square(errors), axis=0)).tolist()
+            row["covered"] = np.mean(inside, axis=0).tolist()
+        rows.append(row)
+    table = Table("frame, outputs alone", "f1 [%]", "f2 [%]", "damping 1 [%]", "damping 2 [%]",
+                  "95 % intervals hold", "missed", "spurious")  # fmt: skip
+    for row in rows:
+        if "rms_error" not in row:
+            table.add_row(row["method"], row.get("error", ""))
+            continue
+        table.add_row(
+            row["method"],
+            *(f"{100 * x:.3g}" for x in np.ravel(row["rms_error"])),
+            ", ".join(f"{x:.0%}" for x in np.ravel(row["covered"])),
+            str(row["missed"]),
+            str(row["spurious"]),
+        )
+    console.print(table, f"root mean square of relative errors, {draws} draws")
+    return rows
+
+
+def _shaken(seed: int) -> Recording:
+    """Return the accelerations of the frame; the force is white up to the analyser's filter."""
+    recording = shaker_test(
+        "two_storey_lumped", "force_floor1", band_hz=(0.2, 16.0), duration_s=256.0, noise=NOISE,
+        seed=seed,
+    )  # fmt: skip
+    outputs = {
+        f"{c.name} [{c.unit}]": recording.column(c.name)
+        for c in recording.channels
+        if c.name.startswith("acc_floor")
+    }
+    return Recording.build(recording.sampling_hz, outputs, source="shaken frame")
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--hammer", type=Path, help="folder with hit1.csv, hit2.csv, ...")
+    parser.add_argument("--draws", type=int, default=20, help="of the shaken frame")
+    parser.add_argument("--limit", type=float, default=300.0, help="seconds a method may take")
+    parser.add_argument("--json", type=Path, help="file for the results")
     options = parser.parse_args()
     console = Console()
-    try:
-        from sdypy import EMA  # noqa: F401
-    except ImportError:
-        console.print("skipped: sdypy-EMA is not installed (pip install sdypy-EMA)")
-        return
+    found: dict[str, Any] = {"machine": described()}
+    parts = {"plate": lambda: plate(console, options.limit),
+             "frame": lambda: frame(console, options.draws)}  # fmt: skip
     if options.hammer:
-        hammer(console, options.hammer)
-    plate(console)
+        parts["hammer"] = lambda: hammer(console, options.hammer, options.limit)
+    for name, part in parts.items():
+        found[name] = part()
+        if options.json:
+            options.json.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
