@@ -30,6 +30,32 @@ def test_the_band_of_a_multisine_is_that_of_its_lines():
     assert high == pytest.approx(15, abs=0.5)
 
 
+def test_smoothing_does_not_smear_the_end_of_a_multisine():
+    samples = 8192
+    t = np.arange(samples) / 400
+    lines = np.arange(41, 308) * 400 / samples
+    u = sum(np.sin(2 * np.pi * f * t + f**2) for f in lines)[:, None]
+    low, high = excited_band([u], 1 / 400)
+    assert (low, high) == pytest.approx((lines[0], lines[-1]), rel=1e-9)
+
+
+def test_free_samples_count_by_what_the_band_feels_of_them():
+    u = np.random.default_rng(4).standard_normal((4000, 1))
+    whole = spectrum(u, u, 0.01, (0, 50), edge=8).edge_columns
+    assert whole.shape[1] == 16
+    narrow = spectrum(u, u, 0.01, (0.3, 7), edge=8)
+    columns = np.vstack([narrow.edge_columns.real, narrow.edge_columns.imag])
+    assert 4 <= columns.shape[1] < 12
+    assert np.linalg.cond(columns) < 1.1e3
+    # No pulse at an end is felt beyond what the combinations hold.
+    pulse = np.zeros((4000, 1))
+    pulse[3] = 1
+    felt = spectrum(pulse, pulse, 0.01, (0.3, 7)).Y[:, 0]
+    felt = np.concatenate([felt.real, felt.imag])
+    left = felt - columns @ np.linalg.lstsq(columns, felt, rcond=None)[0]
+    assert np.linalg.norm(left) < 4e-3 * np.linalg.norm(felt)
+
+
 def test_the_band_never_reaches_the_anti_alias_filter():
     u = np.random.default_rng(1).standard_normal((4000, 1))
     assert excited_band([u], 0.01)[1] <= 100 / 2.56

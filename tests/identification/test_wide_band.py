@@ -8,7 +8,7 @@ from wide_support import FREQ, OUTPUTS, RATE, ZETA, poles, record
 
 from twin import shaker_test
 from twin.errors import IdentificationError
-from twin.identification import wide_result
+from twin.identification import segment, wide_result
 from twin.identification.clusters import clusters, diagram
 from twin.identification.complex_frequency import denominator
 from twin.identification.identify import identify
@@ -170,3 +170,15 @@ def test_noise_of_the_measured_inputs_is_known_where_the_structure_is_loud(monke
     assert len(modal.natural_freq) == len(modes.natural_freq)
     assert off["at once"] < 3.5
     assert off["segments"] > 1.5 * off["at once"]
+
+
+def test_modes_do_not_depend_on_where_the_band_is_cut(monkeypatch):
+    """Errors of neighbours in other segments enter a mode's own until all are fitted at once."""
+    found = []
+    for modes in (1, 6):
+        monkeypatch.setattr(segment, "MODES", modes)
+        poles, shown = starting_poles(spectra(0.05, 2048))
+        found.append(fit_wide(spectra(0.05, 2048), "held", poles, shown))
+    a, b = (np.array([f.omega / (2 * np.pi), f.zeta]) for f in found)
+    assert a.shape == b.shape
+    assert np.all(np.abs(a - b) < 0.35 * found[0].std)

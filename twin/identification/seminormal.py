@@ -48,7 +48,8 @@ def covariance_of(information: Array) -> Array:
     A pseudo-inverse would say of a direction without information that it is known exactly. Here
     it has the least information that rounding leaves.
     """
-    size = np.sqrt(np.maximum(np.diag(information), np.finfo(float).tiny))
+    diagonal = np.diag(information)
+    size = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
     values, vectors = np.linalg.eigh(information / np.outer(size, size))
     least = len(size) * np.finfo(float).eps * max(float(values[-1]), 1.0)
     inverse = (vectors / np.maximum(values, least)) @ vectors.T
