@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from twin.cli.common import Json, check_json_target, write_json
+from twin.errors import TwinError
 
 Map = Annotated[
     list[str] | None,
@@ -30,8 +31,12 @@ def register(app: typer.Typer) -> None:
 
 
 def convert(
-    source: Annotated[Path, typer.Argument(metavar="IN", help="Recording to read.")],
-    target: Annotated[Path, typer.Argument(metavar="OUT", help="Recording to write.")],
+    files: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="IN OUT", help="Recording to read, with --responses several; file to write."
+        ),
+    ],
     channel_map: Map = None,
     rate: Rate = None,
     resample: Annotated[
@@ -43,6 +48,15 @@ def convert(
     ] = None,
     stop: Annotated[
         float | None, typer.Option("--stop", metavar="S", help="First time to leave out [s].")
+    ] = None,
+    responses: Annotated[
+        str | None,
+        typer.Option(
+            "--responses",
+            metavar="H1|H2|Hv",
+            help="Write frequency responses by this estimator, averaged over all recordings, with "
+            "coherence and standard deviation, as CSV.",
+        ),
     ] = None,
     json: Json = None,
 ) -> None:
@@ -57,6 +71,20 @@ def convert(
     from twin.signals.sections import resample_recording, trim_seconds
 
     check_json_target(json)
+    *sources, target = files
+    if responses is not None:
+        from twin.cli.convert_responses import convert_responses
+
+        if resample is not None or start is not None or stop is not None:
+            raise TwinError("--responses takes whole recordings: convert them first")
+        convert_responses(sources, target, responses, channel_map, rate, json)
+        return
+    if len(sources) != 1:
+        raise TwinError(
+            f"convert takes IN and OUT, here are {len(files)} files; several recordings go with "
+            "--responses"
+        )
+    (source,) = sources
     recording = read_recording(source, parse_channel_map(channel_map or []), rate)
     if resample is not None:
         # before trimming, so that the filter sees what lies beyond the ends

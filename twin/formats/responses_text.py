@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from twin.errors import RecordingError
 from twin.formats import csv
 from twin.formats.response_pairs import Measured, Pair
 from twin.formats.table import Table
+from twin.signals.frf import FrequencyResponse
 
 Array = NDArray[np.float64]
 
@@ -21,8 +23,9 @@ PARTS = {
     **dict.fromkeys(("magnitude", "mag", "amplitude", "abs"), "magnitude"),
     **dict.fromkeys(("phase", "angle"), "phase"),
     **dict.fromkeys(("coherence", "coh"), "coherence"),
+    **dict.fromkeys(("deviation", "std"), "deviation"),
 }
-"""Last word of a column's name and the part of a response that it is."""
+"""Last word of a column's name and the part of a response that it is; a deviation is not read."""
 
 _NAME = re.compile(r"^(.+?)\s*/\s*(.+?)[\s_:]+([A-Za-z]+)$")
 
@@ -73,6 +76,40 @@ def read(path: Path) -> Measured:
         if "coherence" in at:
             found.coherence[pair] = values[at["coherence"]]
     return found
+
+
+def write(
+    found: FrequencyResponse, outputs: Sequence[str], inputs: Sequence[str], path: Path
+) -> int:
+    """Write the lines that the inputs excite; return how many.
+
+    Beside real and imaginary part stands the standard deviation of the response's random error,
+    and with one input its coherence, where they are known.
+
+    Raises:
+        RecordingError: no excited line, or a file that cannot be written.
+    """
+    excited = np.flatnonzero(found.excited() & (found.frequency_hz > 0))
+    if not len(excited):
+        raise RecordingError(f"{path}: the inputs excite no line")
+    at = slice(excited[0], excited[-1] + 1)
+    header, columns = ["frequency [Hz]"], [found.frequency_hz[at]]
+    for o, output in enumerate(outputs):
+        for i, driven in enumerate(inputs):
+            H = found.H[at, o, i]
+            parts = {"real": H.real, "imag": H.imag}
+            if found.coherence is not None and len(inputs) == 1:
+                parts["coherence"] = found.coherence[at, o]
+            if found.variance is not None:
+                parts["deviation"] = np.sqrt(found.variance[at, o, i])
+            header += [f"{output}/{driven} {part}" for part in parts]
+            columns += list(parts.values())
+    rows = (",".join(f"{x:.12g}" for x in row) for row in np.column_stack(columns))
+    try:
+        path.write_text("\n".join([",".join(header), *rows]) + "\n", encoding="utf-8")
+    except OSError as error:
+        raise RecordingError(f"{path}: cannot be written ({error.strerror})") from None
+    return len(columns[0])
 
 
 def _part(name: str) -> tuple[Pair, str] | None:
