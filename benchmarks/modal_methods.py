@@ -78,7 +78,7 @@ def _pyoma(algorithm: Any, data: Array, rate: float, hints: Array, order: int | 
     setup = SingleSetup(data, rate)
     setup.add_algorithms(algorithm)
     setup.run_by_name(algorithm.name)
-    algorithm.mpe(sel_freq=list(hints), order_in=order, rtol=5e-3)
+    algorithm.mpe(list(hints), order, rtol=5e-3)
     result = algorithm.result
     freq, damping = np.asarray(result.Fn, float), np.asarray(result.Xi, float)
     std = [getattr(result, name, None) for name in ("Fn_std", "Xi_std")]
@@ -93,7 +93,7 @@ def pyoma_lscf(recordings: Sequence[Recording], band: tuple[float, float], hints
     data = np.vstack([y for _, y in prepare(recordings).pairs])
     many = data.shape[1] > 4
     algorithm = pLSCF(
-        name="pLSCF", ordmax=LSCF_ORDER // 2 if many else LSCF_ORDER,
+        name="pLSCF", ordmax=LSCF_ORDER // 5 if many else LSCF_ORDER,
         nxseg=min(LSCF_BLOCK, len(data) // 2),
     )  # fmt: skip
     return _pyoma(algorithm, data, recordings[0].sampling_hz, hints, "find_min")
@@ -106,7 +106,7 @@ def pyoma_ssi(recordings: Sequence[Recording], band: tuple[float, float], hints:
     algorithm = SSI(
         name="SSI", method="cov", br=SUBSPACE_ROWS, ordmax=SUBSPACE_ORDER, step=2
     )  # fmt: skip
-    return _pyoma(algorithm, data, recordings[0].sampling_hz, hints, "find_min")
+    return _pyoma(algorithm, data, recordings[0].sampling_hz, hints, SUBSPACE_ORDER)
 
 
 def pyoma_ssi_alone(
