@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis.hypothesis import Hypothesis
-from twin.diagnosis.problem import Motion, Problem
+from twin.diagnosis.motion import Motion
+from twin.diagnosis.problem import Problem
 from twin.diagnosis.scales import Scales
 from twin.estimation.likelihood import passes
 from twin.mechanisms.mechanism import Mechanism, Surroundings
@@ -73,8 +74,7 @@ def motions(problem: Problem, hypothesis: Hypothesis, z: Array) -> tuple[Motion,
         gain = run.gains.state[np.minimum(np.arange(len(run.x)), len(run.gains.state) - 1)]
         x = run.x + np.einsum("kij,kj->ki", gain, run.e)
         v = x[:, n : 2 * n] if x.shape[1] >= 2 * n else x[:, n:]
-        a = np.gradient(v, problem.step_s, axis=0)
-        out.append(Motion(x[:, :n], v, a))
+        out.append(Motion.of(x[:, :n], v, problem.step_s))
     return tuple(out)
 
 

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
-from twin.diagnosis.problem import Motion, Problem
+from twin.diagnosis.motion import Motion
+from twin.diagnosis.problem import Problem
 from twin.mechanisms.mechanism import Law
 
 Array = NDArray[np.float64]

@@ -17,7 +17,7 @@ from twin.diagnosis.beginning import added, moved_to
 from twin.diagnosis.candidates import Candidate
 from twin.diagnosis.hypothesis import DISCREPANCY_SHARE, Hypothesis
 from twin.diagnosis.missing_force import along_motion, needed, smooth
-from twin.diagnosis.problem import Motion
+from twin.diagnosis.motion import Motion
 from twin.diagnosis.sizes import left_share
 from twin.estimation.fit import Fit
 from twin.mechanisms.mechanism import ChannelFault, Disturbance, Law, Mechanism

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from scipy import signal
 
 from twin.diagnosis.candidates import Candidate, priors_of, surroundings
-from twin.diagnosis.problem import Motion, Problem
+from twin.diagnosis.motion import Motion
+from twin.diagnosis.problem import Problem
 from twin.estimation.passing import Run
 from twin.mechanisms import places, vocabulary
 from twin.mechanisms.mechanism import ChannelFault, Law, Mechanism

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from twin.diagnosis.explanation import Explanation
 from twin.diagnosis.missing_force import along_motion, needed, smooth
-from twin.diagnosis.problem import Motion, Problem
+from twin.diagnosis.motion import Motion
+from twin.diagnosis.problem import Problem
 from twin.diagnosis.result import Finding, ForcePicture
 from twin.mechanisms.mechanism import Law
 

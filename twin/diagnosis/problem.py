@@ -71,15 +71,6 @@ class Measured:
 
 
 @dataclass(frozen=True)
-class Motion:
-    """An estimate of how the structure moved in one recording: q and its rates, (samples, n)."""
-
-    q: Array
-    v: Array
-    a: Array
-
-
-@dataclass(frozen=True)
 class Problem:
     """What is known before any hypothesis.
 

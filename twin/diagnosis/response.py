@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis.hypothesis import Hypothesis
-from twin.diagnosis.problem import Motion
+from twin.diagnosis.motion import Motion
 from twin.estimation.laws import memory_along
 from twin.estimation.passing import Run
 from twin.mechanisms.mechanism import Law

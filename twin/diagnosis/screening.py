@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from twin.diagnosis.candidates import Candidate
 from twin.diagnosis.hypothesis import Hypothesis
-from twin.diagnosis.problem import Motion
+from twin.diagnosis.motion import Motion
 from twin.diagnosis.response import force_along, respond
 from twin.diagnosis.score_test import ScoreTest
 from twin.diagnosis.valleys import Score, of_valleys

@@ -14,10 +14,11 @@ from twin.diagnosis.candidates import Candidate, motions, scales_of
 from twin.diagnosis.dropping import without_needless
 from twin.diagnosis.explanation import Explanation, explained, from_prior_noise
 from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.motion import Motion
 from twin.diagnosis.non_parametric import doubtful, in_place_of
 from twin.diagnosis.portion import SURE, beginning_of, on_a_part
 from twin.diagnosis.predict import predictors
-from twin.diagnosis.problem import Motion, Problem
+from twin.diagnosis.problem import Problem
 from twin.diagnosis.screening import screen
 from twin.diagnosis.sizes import forces, inexact, known_forces, of_known
 from twin.diagnosis.valleys import Score

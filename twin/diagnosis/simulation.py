@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis.hypothesis import Hypothesis
-from twin.diagnosis.problem import Motion
+from twin.diagnosis.motion import Motion
 from twin.estimation.kalman import Gains
 from twin.estimation.parallel import each
 from twin.estimation.passing import Run, run
@@ -78,7 +78,7 @@ class OutputError:
         out = []
         for passed in self.runs(z):
             q, v = passed.x[:, :n], passed.x[:, n : 2 * n]
-            out.append(Motion(q, v, np.gradient(v, step_s, axis=0)))
+            out.append(Motion.of(q, v, step_s))
         return tuple(out)
 
     def law_forces(self, z: Array) -> Array:
