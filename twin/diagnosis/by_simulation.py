@@ -24,6 +24,7 @@ from twin.diagnosis.search import Found, Offer
 from twin.diagnosis.simulation import OutputError, Simulated, climb, independent_share
 from twin.diagnosis.stated import stated_error
 from twin.diagnosis.valleys import Score
+from twin.errors import ModelError
 from twin.estimation.fit import Fit
 from twin.mechanisms.mechanism import Law
 
@@ -149,7 +150,7 @@ def loosened(nothing: Explanation, tolerance: float) -> Explanation:
 def _climbed(model: OutputError, z: Array) -> Simulated:
     found = climb(model, z, STEPS)
     if found is None:
-        raise ValueError("the nominal twin has no simulation")
+        raise ModelError("the twin as it stands has no finite simulation of the recordings")
     return found
 
 
