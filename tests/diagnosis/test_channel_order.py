@@ -5,6 +5,8 @@ import pytest
 from shaken_support import chain, ground, shaken
 
 from twin.diagnosis.order import in_words, read_order
+from twin.diagnosis.prepare import prepare
+from twin.recording import Recording
 
 MASSES, STIFFNESSES, DAMPERS = [1.0, 1.0, 1.0], [60.0, 4e3, 4e3], [1.5, 8.0, 8.0]
 OUTPUTS = ("acc_floor1", "acc_floor2", "acc_floor3")
@@ -42,3 +44,19 @@ def test_the_words_say_which_column_is_which():
     said = in_words("r.csv", OUTPUTS, (2, 1, 0))
     assert "acc_floor3 as acc_floor1" in said
     assert "acc_floor1 as acc_floor3" in said
+
+
+def test_a_recording_in_another_order_is_laid_beside_the_twin_in_its_own(recording):
+    columns = {
+        name: recording.column(other) for name, other in zip(OUTPUTS, OUTPUTS[::-1], strict=True)
+    }
+    turned = Recording.build(
+        32.0, {"acc_ground": recording.column("acc_ground"), **columns}, "turned.csv"
+    )
+    unseen = shaken(MASSES, STIFFNESSES, DAMPERS, ground(40, 32.0, 2, 1.0), 32.0, "unseen.csv")
+    twin = chain(MASSES, STIFFNESSES)
+    straight, other = (prepare(twin, [r], [unseen], 1.0, 1.0) for r in (recording, turned))
+    assert np.allclose(other.train.recordings[0].y, straight.train.recordings[0].y, equal_nan=True)
+    (said,) = [note for note in other.notes if "acc_floor3 as acc_floor1" in note]
+    assert said.startswith("turned.csv")
+    assert not any("acc_floor3 as acc_floor1" in note for note in straight.notes)

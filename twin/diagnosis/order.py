@@ -45,6 +45,8 @@ def read_order(model: LinearModel, u: Array, y: Array, rate_hz: float) -> tuple[
         sos = signal.butter(CORNER_ORDER, corner, fs=rate_hz, output="sos")
         y = signal.sosfiltfilt(sos, y - y.mean(axis=0), axis=0)
     expected = model.Ca @ shapes[:, 0]
+    if np.any(expected * np.sign(expected.sum()) <= CALIBRATED * np.abs(expected).max()):
+        return as_they_stand  # not all accelerations of one chain along one axis
     seen = linalg.svd(y, full_matrices=False)[2][0]
     seen = seen * np.sign(seen.sum()) / np.linalg.norm(seen)
     expected = expected * np.sign(expected.sum()) / np.linalg.norm(expected)

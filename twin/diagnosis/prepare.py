@@ -41,6 +41,10 @@ LEAST_PERIODS = 4.0
 """Periods of the slowest mode that the recordings must last together: its frequency is then known
 to better than its half-power width for a damping of a tenth."""
 
+HARDLY_KNOWN = 0.1
+"""Tolerance from which a shaken structure's numbers count as hardly known: its frequencies then
+scatter by 5 %, the half-power width of a mode with as much damping as half of it."""
+
 SEEN_ABOVE = 0.02
 """Prior deviation of the logarithm of a noise level that a thousand samples above the band show,
 1 / sqrt(2 N)."""
@@ -110,8 +114,10 @@ def prepare(
         notes.append("the ground is driven, so its clamp is taken as undone")
     shaken = not any(name in inputs for name in names_in(twin.compile())["actuator"])
     band = Banded(tuple(everything), {}, ())
+    simulated = shaken and tolerance >= HARDLY_KNOWN
     if shaken:
         notes.append(SHAKEN)
+    if simulated:
         band = banded(everything, len(train), tolerance, 3 * LEAST_SAMPLES * len(outputs))
     everything, rate = list(band.recordings), band.recordings[0].sampling_hz
     notes += band.notes
@@ -123,7 +129,7 @@ def prepare(
         _measured(r, model, kinds, slowest, (added_mass or {}).get(r.source, {}), notes)
         for r in everything
     ]
-    if band.input_noise:
+    if simulated:
         measured = [_in_band(m, band, model, rate, notes) for m in measured]
     read = read_off(measured, model, kinds, rate)
     measured = [m for m, _ in read]
@@ -141,9 +147,7 @@ def prepare(
     )
     notes += [*known, *checked(twin, train_problem)]
     faults = tuple(f for _, found in read[: len(train)] for f in found)
-    return Prepared(
-        twin, train_problem, test_problem, kinds, faults, tuple(notes), bool(band.input_noise)
-    )
+    return Prepared(twin, train_problem, test_problem, kinds, faults, tuple(notes), simulated)
 
 
 def _in_band(
@@ -158,8 +162,11 @@ def _in_band(
     if order != tuple(range(y.shape[1])):
         notes.append(in_words(measured.name, model.outputs, order))
         y, noise = y[:, order], noise[list(order)]
-    return replace(measured, y=y, output_noise=noise, input_noise=band.input_noise[measured.name],
-                   input_deviation=SEEN_ABOVE)  # fmt: skip
+    measured = replace(measured, y=y, output_noise=noise)
+    if measured.name not in band.input_noise:
+        return measured
+    seen = band.input_noise[measured.name]
+    return replace(measured, input_noise=seen, input_deviation=SEEN_ABOVE)
 
 
 def _hidden(found: ReadOff) -> str:
