@@ -5,8 +5,12 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from twin.diagnosis.verdict import _chances, _rivals, none_of_these
+from twin.diagnosis.result import Finding
+from twin.diagnosis.verdict import _chances, _rivals, _with_read_off, none_of_these
 from twin.mechanisms import vocabulary
+from twin.mechanisms.cubic_stiffness import CubicStiffness
+from twin.mechanisms.sensor_clipping import SensorClipping
+from twin.mechanisms.sensor_unexplained import SensorUnexplained
 
 
 @dataclass(frozen=True)
@@ -55,3 +59,12 @@ def test_what_does_alone_what_two_do_is_a_rival_of_both():
     tried = [Tried((), 0.0), Tried((A,), 60.0), Tried((C,), 90.0), best]
     rivals, _ = _rivals(best, tried, 0)
     assert {r.labels: delta for r, delta in rivals} == {(): -60.0, (C,): -10.0}
+
+
+def test_what_is_left_of_a_fault_in_its_channel_comes_behind_it():
+    spring, rest = (Finding(m, {}, 0.9) for m in (
+        CubicStiffness("storey1", 1e5), SensorUnexplained("acc_floor1")))  # fmt: skip
+    fault = Finding(SensorClipping("acc_floor1", 1.0), {}, 0.9)
+    assert _with_read_off([spring, rest], [fault]) == [spring, fault, rest]
+    elsewhere = Finding(SensorClipping("acc_floor2", 1.0), {}, 0.9)
+    assert _with_read_off([spring, rest], [elsewhere]) == [spring, rest, elsewhere]

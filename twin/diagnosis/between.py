@@ -65,12 +65,10 @@ def again(hypothesis: Hypothesis, found: Fit, steps: int = FEW) -> tuple[Hypothe
             problem = replace(hypothesis.problem, between=between)
             other = replace(hypothesis, problem=problem)
             odds = _odds(between)
-            if not steps:
-                value = evaluate(other, found.z, derivatives=False).log_likelihood
-                if value - odds <= found.log_likelihood - own:
-                    continue
-            tried = fit(other, found.z, max(steps, 1), found.log_posterior + odds - own)
-            if tried.log_evidence - odds > best[2]:
+            if not steps and _likelihood(other, found.z) - odds <= found.log_likelihood - own:
+                continue
+            tried = _tried(other, found.z, max(steps, 1), found.log_posterior + odds - own)
+            if tried is not None and tried.log_evidence - odds > best[2]:
                 best = other, tried, tried.log_evidence - odds
         if best[0] is not hypothesis:
             hypothesis, found = best[0], fit(best[0], best[1].z)
@@ -82,15 +80,33 @@ def _open(hypothesis: Hypothesis, found: Fit, steps: int) -> bool:
     part = on_a_part(hypothesis)
     if part is None:
         return True
-    own = fit(part, found.z, steps)
+    own = _tried(part, found.z, steps)
+    if own is None:
+        return True
     least = own.log_evidence - _odds(hypothesis.problem.between)
     for group in sorted({_driven(part.problem, i) for i in part.problem.model.inputs}):
         for between in _others(part.problem, group):
             other = replace(part, problem=replace(part.problem, between=between))
             odds = _odds(between)
-            if fit(other, own.z, steps, least + odds).log_evidence - odds > least:
+            tried = _tried(other, own.z, steps, least + odds)
+            if tried is not None and tried.log_evidence - odds > least:
                 return True
     return False
+
+
+def _tried(h: Hypothesis, z: Array, steps: int, hopeless: float = -np.inf) -> Fit | None:
+    """Return a short fit, None where other inputs leave no likelihood."""
+    try:
+        return fit(h, z, steps, hopeless)
+    except (ValueError, np.linalg.LinAlgError):
+        return None
+
+
+def _likelihood(h: Hypothesis, z: Array) -> float:
+    try:
+        return evaluate(h, z, derivatives=False).log_likelihood
+    except (ValueError, np.linalg.LinAlgError):
+        return -np.inf
 
 
 def in_words(problem: Problem) -> str:

@@ -89,7 +89,7 @@ def judge(found: Found, beside: Sequence[Predictor], faults: Sequence[ReadOff] =
                 entry = _finding(rival, other, mechanism, chance, delta)
                 gain = loss + delta if loss else None
                 alternatives.append(replace(entry, gain=gain))
-    findings += _read_off(faults, best)
+    findings = _with_read_off(findings, _read_off(faults, best))
     alternatives.sort(key=lambda f: (-f.probability, -f.delta_log_evidence))
     notes = tuple(
         f"{f.mechanism.name} at {f.location} is negligible: smaller than what is left unexplained"
@@ -114,6 +114,19 @@ def _read_off(faults: Sequence[ReadOff], best: Explanation) -> list[Finding]:
         if key not in worst or found.share > worst[key].share:
             worst[key] = found
     return [Finding(f.fault, {}, _chances([0.0])[0]) for f in worst.values()]
+
+
+def _with_read_off(findings: Sequence[Finding], faults: Sequence[Finding]) -> list[Finding]:
+    """Return findings with the faults that were read off the samples.
+
+    An error without a name in the same channel comes behind: it is what is left of the named one.
+    """
+    out = list(findings)
+    for fault in faults:
+        rest = (i for i, f in enumerate(out)
+                if f.mechanism.generic and f.location == fault.location)  # fmt: skip
+        out.insert(next(rest, len(out)), fault)
+    return out
 
 
 def _verdict(findings: Sequence[Finding]) -> Verdict:
