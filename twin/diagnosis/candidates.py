@@ -74,7 +74,7 @@ def motions(problem: Problem, hypothesis: Hypothesis, z: Array) -> tuple[Motion,
         gain = run.gains.state[np.minimum(np.arange(len(run.x)), len(run.gains.state) - 1)]
         x = run.x + np.einsum("kij,kj->ki", gain, run.e)
         v = x[:, n : 2 * n] if x.shape[1] >= 2 * n else x[:, n:]
-        out.append(Motion.of(x[:, :n], v, problem.step_s))
+        out.append(Motion(x[:, :n], v, np.gradient(v, problem.step_s, axis=0)))
     return tuple(out)
 
 

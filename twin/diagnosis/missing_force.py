@@ -16,6 +16,8 @@ Array = NDArray[np.float64]
 def needed(problem: Problem, z: Array, trial: int, motion: Motion) -> Array:
     """Return the forces on the coordinates that the motion needs besides the measured, (N, n).
 
+    They are to be smoothed (``smooth``).
+
     Args:
         problem: the estimation problem.
         z: values of a hypothesis's unknowns, of which the base's come first, (p,).
@@ -23,7 +25,9 @@ def needed(problem: Problem, z: Array, trial: int, motion: Motion) -> Array:
         motion: as it was estimated there.
     """
     model = problem.base(z[: len(problem.base_unknowns)])
-    force = motion.a @ model.M + motion.v @ model.R.T + motion.q @ model.K
+    force = (
+        motion.acceleration(problem.step_s) @ model.M + motion.v @ model.R.T + motion.q @ model.K
+    )
     return np.asarray(force - problem.recordings[trial].u @ model.B.T)
 
 

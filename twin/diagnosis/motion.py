@@ -18,14 +18,14 @@ class Motion:
     v: Array
     a: Array
 
-    @classmethod
-    def of(cls, q: Array, v: Array, step_s: float) -> Motion:
-        """Return the motion whose acceleration follows from displacement and rate together.
+    def acceleration(self, step_s: float) -> Array:
+        """Return the acceleration that displacement and rate have together, (samples, n).
 
-        By 2 (q+ - 2 q + q-) / h^2 - (v+ - v-) / (2 h), compact differences of fourth order
-        (Collatz 1960): 1 % off at five samples a period, where differences of v alone are 24 % off.
+        By 2 (q+ - 2 q + q-) / h^2 - (v+ - v-) / (2 h), compact differences of fourth order (Collatz
+        1960): 1 % off at five samples a period, where differences of the rate alone are 24 % off.
+        They amplify what an estimate of q has above the band, which is to be filtered.
         """
-        a = np.gradient(v, step_s, axis=0)
-        bend = (q[2:] - 2 * q[1:-1] + q[:-2]) / step_s**2
+        a = np.gradient(self.v, step_s, axis=0)
+        bend = (self.q[2:] - 2 * self.q[1:-1] + self.q[:-2]) / step_s**2
         a[1:-1] = 2 * bend - a[1:-1]
-        return cls(q, v, a)
+        return np.asarray(a)

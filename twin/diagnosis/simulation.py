@@ -78,7 +78,7 @@ class OutputError:
         out = []
         for passed in self.runs(z):
             q, v = passed.x[:, :n], passed.x[:, n : 2 * n]
-            out.append(Motion.of(q, v, step_s))
+            out.append(Motion(q, v, np.gradient(v, step_s, axis=0)))
         return tuple(out)
 
     def law_forces(self, z: Array) -> Array:

@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis.hypothesis import DISCREPANCY_SHARE, Hypothesis
-from twin.diagnosis.motion import Motion
 from twin.diagnosis.plant import axis_of
 from twin.diagnosis.predict import Predictor
 from twin.diagnosis.problem import Problem
@@ -256,7 +255,7 @@ def _change(before: LinearModel, after: LinearModel, count: int, predictor: Pred
     """
     old, new = len(before.coordinates), len(after.coordinates)
     q, v = predictor.followed.x[:, :new], predictor.followed.x[:, count : count + new]
-    a = Motion.of(q, v, predictor.trial.step_s).a
+    a = np.gradient(v, predictor.trial.step_s, axis=0)
     force = np.zeros((len(q), old))
     for own, other, motion in (
         (before.M, after.M, a), (before.R, after.R, v), (before.K, after.K, q)
