@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from twin.diagnosis.candidates import Candidate
 from twin.diagnosis.hypothesis import Hypothesis
+from twin.estimation.fit import MOST_STEPS, Fit, fit
 from twin.estimation.likelihood import evaluate
 from twin.estimation.model import Model
 from twin.mechanisms.mechanism import Mechanism
@@ -81,6 +82,16 @@ def likeliest(model: Model, options: Sequence[Array]) -> tuple[float, Array]:
 
     scored = [(posterior(z), z) for z in options]
     return max(scored, key=lambda pair: pair[0])
+
+
+def attempted(
+    model: Model, z: Array, steps: int = MOST_STEPS, hopeless: float = -np.inf
+) -> Fit | None:
+    """Return a fit, None where the model has no likelihood to begin with."""
+    try:
+        return fit(model, z, steps, hopeless)
+    except (ValueError, np.linalg.LinAlgError):
+        return None
 
 
 def start_of(hypothesis: Hypothesis) -> Array:

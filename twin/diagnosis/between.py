@@ -12,12 +12,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnosis.beginning import start_of
+from twin.diagnosis.beginning import attempted, likeliest, start_of
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.portion import on_a_part
 from twin.diagnosis.problem import Between, Problem
 from twin.estimation.fit import Fit, fit
-from twin.estimation.likelihood import evaluate
 
 Array = NDArray[np.float64]
 
@@ -65,9 +64,9 @@ def again(hypothesis: Hypothesis, found: Fit, steps: int = FEW) -> tuple[Hypothe
             problem = replace(hypothesis.problem, between=between)
             other = replace(hypothesis, problem=problem)
             odds = _odds(between)
-            if not steps and _likelihood(other, found.z) - odds <= found.log_likelihood - own:
+            if not steps and likeliest(other, [found.z])[0] - odds <= found.log_posterior - own:
                 continue
-            tried = _tried(other, found.z, max(steps, 1), found.log_posterior + odds - own)
+            tried = attempted(other, found.z, max(steps, 1), found.log_posterior + odds - own)
             if tried is not None and tried.log_evidence - odds > best[2]:
                 best = other, tried, tried.log_evidence - odds
         if best[0] is not hypothesis:
@@ -80,7 +79,7 @@ def _open(hypothesis: Hypothesis, found: Fit, steps: int) -> bool:
     part = on_a_part(hypothesis)
     if part is None:
         return True
-    own = _tried(part, found.z, steps)
+    own = attempted(part, found.z, steps)
     if own is None:
         return True
     least = own.log_evidence - _odds(hypothesis.problem.between)
@@ -88,25 +87,10 @@ def _open(hypothesis: Hypothesis, found: Fit, steps: int) -> bool:
         for between in _others(part.problem, group):
             other = replace(part, problem=replace(part.problem, between=between))
             odds = _odds(between)
-            tried = _tried(other, own.z, steps, least + odds)
+            tried = attempted(other, own.z, steps, least + odds)
             if tried is not None and tried.log_evidence - odds > least:
                 return True
     return False
-
-
-def _tried(h: Hypothesis, z: Array, steps: int, hopeless: float = -np.inf) -> Fit | None:
-    """Return a short fit, None where other inputs leave no likelihood."""
-    try:
-        return fit(h, z, steps, hopeless)
-    except (ValueError, np.linalg.LinAlgError):
-        return None
-
-
-def _likelihood(h: Hypothesis, z: Array) -> float:
-    try:
-        return evaluate(h, z, derivatives=False).log_likelihood
-    except (ValueError, np.linalg.LinAlgError):
-        return -np.inf
 
 
 def in_words(problem: Problem) -> str:

@@ -8,12 +8,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnosis.beginning import beginnings, likeliest
+from twin.diagnosis.beginning import attempted, beginnings, likeliest
 from twin.diagnosis.between import FEW
 from twin.diagnosis.explanation import Explanation, explained
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.portion import SURE, beginning_of, on_a_part
-from twin.estimation.fit import fit
 
 Array = NDArray[np.float64]
 
@@ -69,13 +68,15 @@ def lost(best: Explanation, index: int) -> float:
     whole, fewer = (beginning_of(h) for h in (best.hypothesis, _without(best.hypothesis, index)))
     known = {u.name: x for u, x in zip(whole.unknowns, best.fit.z, strict=True)}
     z = np.array([known[u.name] for u in fewer.unknowns])
-    with_it = fit(whole, best.fit.z, FEW).log_evidence
-    _, near = likeliest(fewer, beginnings(fewer, z))
-    try:
-        without_it = fit(fewer, near, FEW).log_evidence
-    except (ValueError, np.linalg.LinAlgError):
+    with_it = attempted(whole, best.fit.z, FEW)
+    without_it = attempted(fewer, likeliest(fewer, beginnings(fewer, z))[1], FEW)
+    if with_it is None or without_it is None:
         return np.inf
-    return (with_it - without_it) * best.hypothesis.problem.samples / whole.problem.samples
+    return (
+        (with_it.log_evidence - without_it.log_evidence)
+        * best.hypothesis.problem.samples
+        / whole.problem.samples
+    )
 
 
 def _without(h: Hypothesis, index: int) -> Hypothesis:
@@ -101,14 +102,12 @@ def _needed(best: Explanation, fewer: Hypothesis, options: Sequence[Array]) -> b
     whole, part = on_a_part(best.hypothesis), on_a_part(fewer)
     if whole is None or part is None:
         return False
-    try:
-        least = fit(whole, best.fit.z).log_evidence - SURE
-    except (ValueError, np.linalg.LinAlgError):
+    with_it = attempted(whole, best.fit.z)
+    if with_it is None:
         return False
+    least = with_it.log_evidence - SURE
     for z in _starts(part, options):
-        try:
-            if fit(part, z, hopeless=least).log_evidence > least:
-                return False
-        except (ValueError, np.linalg.LinAlgError):
-            continue
+        found = attempted(part, z, hopeless=least)
+        if found is not None and found.log_evidence > least:
+            return False
     return True

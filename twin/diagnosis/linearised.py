@@ -95,6 +95,8 @@ class Linearised:
     def assemble(self, z: Array) -> Assembly:
         """Return the linear systems, noise levels and recordings at values z, (p,)."""
         here = self.hypothesis.assemble(z)
+        if not self.laws:
+            return here
         pairs = zip(here.which, self.averages, strict=True)
         laws = len(here.laws)
         return replace(

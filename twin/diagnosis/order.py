@@ -11,13 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, signal
 
+from twin.diagnosis.sizes import CALIBRATED
 from twin.model.linear import LinearModel
 
 Array = NDArray[np.float64]
-
-CALIBRATED = 0.005
-"""Share to which an accelerometer is calibrated at best (ISO 16063-21): amplitudes that differ by
-less have no order."""
 
 CORNER_ORDER = 4
 """Of the low-pass filter that leaves the fundamental mode (Butterworth)."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnosis.beginning import added, beginnings, likeliest, moved_to, start_of
+from twin.diagnosis.beginning import added, attempted, beginnings, likeliest, moved_to, start_of
 from twin.diagnosis.between import again
 from twin.diagnosis.candidates import Candidate, motions, scales_of
 from twin.diagnosis.dropping import without_needless
@@ -207,7 +207,7 @@ def _fitted(
 ) -> list[Explanation]:  # fmt: skip
     """Return the explanations with what was promising, fitted, the likeliest first.
 
-    A part of the samples says in which order, and which ones need not be tried.
+    A part of the samples says which ones need not be tried, and where the others may begin.
     """
     grown = [_grown(here, before, scores) for scores in moves]
     begun = {index: z for index, (_, z) in enumerate(grown)}
@@ -236,11 +236,8 @@ def _compared(
     found: dict[int, tuple[float, Array]] = {}
     for index, (h, z) in enumerate(grown):
         ahead = max((found[i][0] for i in found if gains[i] >= gains[index]), default=-np.inf)
-        try:
-            part = fit(beginning_of(h), z, hopeless=ahead - SURE)
-            found[index] = part.log_evidence, part.z
-        except (ValueError, np.linalg.LinAlgError):
-            found[index] = -np.inf, z
+        part = attempted(beginning_of(h), z, hopeless=ahead - SURE)
+        found[index] = (-np.inf, z) if part is None else (part.log_evidence, part.z)
     return {
         index: z
         for index, (value, z) in found.items()

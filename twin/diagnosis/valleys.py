@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from twin.diagnosis.beginning import added, beginnings, likeliest, moved_to
 from twin.diagnosis.candidates import Candidate
-from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.linearised import Linearised
 from twin.diagnosis.portion import beginning_of
 from twin.estimation.fit import Fit, ascend
@@ -31,8 +30,7 @@ the rest."""
 LEAST = 6
 """Candidates that are never left behind: a search step fits as many."""
 
-Fitted = Hypothesis | Linearised
-_Runner = tuple[float, Array, Fitted]
+_Runner = tuple[float, Array, Linearised]
 """Log posterior, values, and what has them."""
 
 
@@ -65,18 +63,14 @@ def of_valleys(fit: Fit, linear: Linearised, candidates: Sequence[Candidate]) ->
         return []
     hypothesis = linear.hypothesis
     short = beginning_of(hypothesis)
-
-    def eased(h: Hypothesis) -> Fitted:
-        return linear.beside(h) if linear.laws else h
-
-    here = climb(eased(short), fit.z, most=2, free=linear.free)
+    here = climb(linear.beside(short), fit.z, most=2, free=linear.free)
     known = {u.name: z for u, z in zip(hypothesis.unknowns, fit.z, strict=True)}
     racing: list[tuple[Candidate, list[_Runner]]] = []
     for candidate in candidates:
         runners = []
         for start in candidate.starts:
             grown = added(short, candidate, start)
-            model = eased(grown)
+            model = linear.beside(grown)
             z = moved_to(grown, short, here.z, start)
             runners.append((*likeliest(model, beginnings(grown, z)), model))
         racing.append((candidate, runners))
@@ -108,10 +102,9 @@ def _likelier(runners: list[_Runner]) -> list[_Runner]:
     return sorted(runners, key=lambda r: -r[0])[: (len(runners) + 1) // 2]
 
 
-def _further(posterior: float, z: Array, model: Fitted, steps: int) -> _Runner:
+def _further(posterior: float, z: Array, model: Linearised, steps: int) -> _Runner:
     """Return where so many steps lead."""
-    free = model.free if isinstance(model, Linearised) else None
     try:
-        return (*ascend(model, z, steps, free), model)
+        return (*ascend(model, z, steps, model.free), model)
     except (ValueError, np.linalg.LinAlgError):
         return posterior, z, model

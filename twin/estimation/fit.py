@@ -39,6 +39,9 @@ TOLD = 0.9
 PATIENCE = 3
 """Steps in a row that may lose what they gained by the averages that follow them."""
 
+MOST_STEPS = 25
+"""Evaluations with derivatives of a fit at most, unless another number is asked for."""
+
 TRIES = 8
 """Steps that may fail to climb, each damped ten times more, before a fit rests where it is."""
 
@@ -93,7 +96,7 @@ class Fit:
 def fit(
     model: Model,
     start: Array | None = None,
-    most: int = 25,
+    most: int = MOST_STEPS,
     hopeless: float = -np.inf,
     free: NDArray[np.bool_] | None = None,
     watch: Callable[[int, float], None] = lambda step, value: None,
