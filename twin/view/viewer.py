@@ -52,7 +52,7 @@ def wait(process: subprocess.Popen[Any], port: int) -> None:
 
 
 def ended(process: subprocess.Popen[Any]) -> None:
-    """End the viewer and what it has started."""
+    """End the viewer and what it has started; none of it listens any more."""
     if not hasattr(os, "killpg"):
         process.terminate()
         return
@@ -65,6 +65,19 @@ def ended(process: subprocess.Popen[Any]) -> None:
             return
         except subprocess.TimeoutExpired:
             continue
+    # its child is not ours to wait for
+    end = time.monotonic() + STOP_S
+    while time.monotonic() < end and _runs(process.pid):
+        time.sleep(0.02)
+
+
+def _runs(group: int) -> bool:
+    """Return whether a process of a group is left, be it one that nobody has waited for."""
+    try:
+        os.killpg(group, 0)
+    except ProcessLookupError:
+        return False
+    return True
 
 
 def window_can_open() -> bool:
