@@ -19,7 +19,7 @@ import sysid_peer
 from twin.diagnosis.beginning import start_of
 from twin.diagnosis.exported import in_mujoco, including
 from twin.diagnosis.hypothesis import Hypothesis
-from twin.diagnosis.predict import nrmse, placed, stages
+from twin.diagnosis.predict import nrmse, placed, predictors
 from twin.diagnosis.prepare import Prepared
 from twin.diagnosis.problem import Measured, Problem
 from twin.estimation.fit import fit
@@ -59,8 +59,8 @@ def ahead(ready: Prepared, changes: Sequence[sysid_peer.Change]) -> float:
     hypothesis = Hypothesis(changed)
     noisy = np.array([unknown.role == "noise" for unknown in hypothesis.unknowns])
     found = fit(hypothesis, start_of(hypothesis), free=noisy)
-    beside = stages(*placed(hypothesis, found.z, ready.test))
-    return nrmse([r.y for r in ready.test.recordings], [stage.ahead() for stage in beside])
+    beside = predictors(*placed(hypothesis, found.z, ready.test))
+    return nrmse([r.y for r in ready.test.recordings], [one.ahead() for one in beside])
 
 
 def job(ready: Prepared) -> dict[str, Any]:

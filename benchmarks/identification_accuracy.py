@@ -33,17 +33,17 @@ from machine import described
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table
-from scipy import linalg
 
 from twin.errors import TwinError
 from twin.estimation.noise import NoiseLevels, covariance, whitener
 from twin.identification.era import era
 from twin.identification.identify import identify
-from twin.identification.maximum_likelihood import whitened_jacobian
 from twin.identification.modal_response import Hold, frequency_response
 from twin.identification.modal_start import from_poles
+from twin.identification.normal_equations import equations
 from twin.identification.okid import okid
 from twin.identification.records import Records, prepare
+from twin.identification.seminormal import covariance_of
 from twin.identification.spectra import spectrum
 from twin.identification.stabilisation import continuous_poles
 from twin.identification.starts import free_decay_markov
@@ -108,9 +108,7 @@ def bound(test: str) -> Array:
     on_force = 1.0 if records.hits[0] is None else 0.0
     levels = NoiseLevels((NOISE * rms(y)) ** 2, on_force * (NOISE * rms(u)) ** 2)
     whiten = whitener(covariance(levels, frequency_response(p, s, hold, top)))
-    J = whitened_jacobian(p, [s], [whiten], hold, top, False)
-    scale = np.linalg.norm(J, axis=0)
-    std = np.sqrt(np.diag(linalg.inv(2 * np.real((J / scale).conj().T @ (J / scale))))) / scale
+    std = np.sqrt(np.diag(covariance_of(equations(p, [s], [whiten], hold, top, False).gram)))
     n = len(true.natural_freq)
     return np.concatenate([std[:n] * true.natural_freq, std[n : 2 * n]])
 

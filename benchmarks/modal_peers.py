@@ -1,14 +1,14 @@
 """Many modes: ours beside what a user would pick instead, on the same records, in one run.
 
     pip install sdypy-EMA pyOMA-2 control sippy-unipi pymor
-    python benchmarks/modal_peers.py [--hammer FOLDER] [--json FILE]
+    python benchmarks/modal_peers.py [--only plate|frame] [--json FILE]
 
-The plate of ``experiments/modal_test_size.py``, hits of a metal part where their folder is given,
-and the two-storey frame on a random shaker, from its accelerations alone. sdypy-EMA and pyOMA2 get,
-as a person would pick in their diagrams, the frequencies near which poles are to be chosen: their
-modes are asked for, none can be spurious. python-control, pymor and SIPPY get the true order. Ours
-gets the records and no hint. Every method has a process of its own and ``--limit`` seconds; memory
-is the peak of that process, the imports included. A peer that is not installed is skipped.
+The plate of ``experiments/modal_test_size.py`` and the two-storey frame on a random shaker, from
+its accelerations alone. sdypy-EMA and pyOMA2 get, as a person would pick in their diagrams, the
+frequencies near which poles are to be chosen: their modes are asked for, none can be spurious.
+python-control, pymor and SIPPY get the true order. Ours gets the records and no hint. Every method
+has a process of its own and ``--limit`` seconds; memory is the peak of that process, the imports
+included. A peer that is not installed is skipped. Hits of a real part: ``hammer_peers.py``.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from frame_bound import frame_bound
 from machine import described
 from modal_methods import METHODS, OUTPUT_ONLY, alone
 from numpy.typing import NDArray
@@ -28,11 +29,9 @@ from rich.table import Table
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "experiments"))
 
-from hammer_part import NAMES, PEER_HZ, RATE
 from modal_test_size import BAND, NOISE, Plate, bound, drawn
 
 from twin import shaker_test
-from twin.formats import read_recording
 from twin.model import Twin
 from twin.recording import Recording
 
@@ -88,44 +87,13 @@ def matched(true: Array, width: Array, found: Array) -> dict[int, int]:
     return pairs
 
 
-def hammer(console: Console, folder: Path, limit: float) -> list[dict[str, Any]]:
-    """Compare frequencies and damping of the metal part with the peers that find its modes."""
-    hits = [read_recording(f, NAMES, RATE) for f in sorted(folder.glob("hit*.csv"))[:2]]
-    hints = np.array(PEER_HZ)
-    found = {
-        name: alone(name, hits, (700.0, 6200.0), hints, limit)
-        for name in METHODS if name in ("ours", "sdypy-EMA", "pyOMA2 pLSCF")
-    }  # fmt: skip
-    table = Table("mode [Hz]", *(f"{name} [Hz], damping [%]" for name in found))
-    rows = []
-    for f in hints:
-        row: dict[str, Any] = {"mode": float(f)}
-        for name, x in found.items():
-            if "error" in x or not x["frequency"]:
-                row[name] = None
-                continue
-            j = int(np.argmin(np.abs(np.array(x["frequency"]) - f)))
-            near = abs(x["frequency"][j] / f - 1) < 5e-3
-            row[name] = (x["frequency"][j], x["damping"][j]) if near else None
-        rows.append(row)
-        cells = (row[name] for name in found)
-        table.add_row(
-            f"{f:.1f}", *("" if c is None else f"{c[0]:.2f}, {100 * c[1]:.4f}" for c in cells)
-        )
-    console.print(table, "; ".join(
-        f"{name}: " + (x["error"] if "error" in x else f"{x['seconds']:.1f} s")
-        for name, x in found.items()
-    ))  # fmt: skip
-    return rows
-
-
 def frame(console: Console, draws: int) -> list[dict[str, Any]]:
     """Find the frame's modes from its accelerations alone, on a random shaker."""
     modes = Twin.load("two_storey_lumped").modes()
     true = np.array([modes.natural_freq, modes.damping_ratio])
     rows: list[dict[str, Any]] = []
     for name, method in OUTPUT_ONLY.items():
-        errors, inside = [], []
+        errors, inside, stated = [], [], []
         row: dict[str, Any] = {"method": name, "draws": draws, "missed": 0, "spurious": 0}
         for seed in range(draws):
             try:
@@ -141,14 +109,21 @@ def frame(console: Console, draws: int) -> list[dict[str, Any]]:
             at = [pairs[i] for i in range(len(true[0]))]
             off = found[:2, at] - true
             errors.append(off / true)
+            stated.append(found[2:, at] / true)
             inside.append(np.abs(off) <= 1.96 * found[2:, at])
         if errors:
             row["rms_error"] = np.sqrt(np.mean(np.square(errors), axis=0)).tolist()
+            row["stated"] = np.mean(stated, axis=0).tolist()
             row["covered"] = np.mean(inside, axis=0).tolist()
         rows.append(row)
+    limits = frame_bound(_shaken(0), FRAME_BAND, NOISE)
+    rows.append({"method": "Cramér-Rao bound", "bound": limits.tolist()})
     table = Table("frame, outputs alone", "f1 [%]", "f2 [%]", "damping 1 [%]", "damping 2 [%]",
-                  "95 % intervals hold", "missed", "spurious")  # fmt: skip
+                  "95 % intervals hold", "missed", "spurious", "stated for damping")  # fmt: skip
     for row in rows:
+        if "bound" in row:
+            table.add_row(row["method"], *(f"{100 * x:.3g}" for x in np.ravel(row["bound"])))
+            continue
         if "rms_error" not in row:
             table.add_row(row["method"], row.get("error", ""))
             continue
@@ -158,6 +133,7 @@ def frame(console: Console, draws: int) -> list[dict[str, Any]]:
             ", ".join(f"{x:.0%}" for x in np.ravel(row["covered"])),
             str(row["missed"]),
             str(row["spurious"]),
+            ", ".join(f"{100 * x:.3g}" for x in row["stated"][1]),
         )
     console.print(table, f"root mean square of relative errors, {draws} draws")
     return rows
@@ -179,18 +155,20 @@ def _shaken(seed: int) -> Recording:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--hammer", type=Path, help="folder with hit1.csv, hit2.csv, ...")
+    parser.add_argument("--only", choices=("plate", "frame"), help="this part alone")
     parser.add_argument("--draws", type=int, default=20, help="of the shaken frame")
     parser.add_argument("--limit", type=float, default=300.0, help="seconds a method may take")
     parser.add_argument("--json", type=Path, help="file for the results")
     options = parser.parse_args()
     console = Console()
-    found: dict[str, Any] = {"machine": described()}
+    kept = options.json is not None and options.json.exists()
+    found: dict[str, Any] = json.loads(options.json.read_text(encoding="utf-8")) if kept else {}
+    found["machine"] = described()
     parts = {"plate": lambda: plate(console, options.limit),
              "frame": lambda: frame(console, options.draws)}  # fmt: skip
-    if options.hammer:
-        parts["hammer"] = lambda: hammer(console, options.hammer, options.limit)
     for name, part in parts.items():
+        if options.only not in (None, name):
+            continue
         found[name] = part()
         if options.json:
             options.json.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")

@@ -19,17 +19,17 @@ import numpy as np
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table
-from scipy import linalg
 
 from twin.errors import TwinError
 from twin.estimation.noise import NoiseLevels, covariance, whitener
 from twin.identification.era import era
 from twin.identification.identify import identify
-from twin.identification.maximum_likelihood import whitened_jacobian
 from twin.identification.modal_response import frequency_response
 from twin.identification.modal_start import from_poles
+from twin.identification.normal_equations import equations
 from twin.identification.okid import okid
 from twin.identification.records import prepare
+from twin.identification.seminormal import covariance_of
 from twin.identification.spectra import spectrum
 from twin.identification.stabilisation import continuous_poles
 from twin.identification.starts import free_decay_markov
@@ -70,10 +70,8 @@ def bound(test: str, seed: int) -> np.ndarray:
     share = 1.0 if inside is None else 0.0
     levels = NoiseLevels((NOISE * rms(y)) ** 2, share * (NOISE * rms(u)) ** 2)
     whiten = whitener(covariance(levels, frequency_response(p, s, "band-limited", s.omega[-1])))
-    J = whitened_jacobian(p, [s], [whiten], "band-limited", float(s.omega[-1]), False)
-    scale = np.linalg.norm(J, axis=0)
-    fisher = 2 * np.real((J / scale).conj().T @ (J / scale))
-    std = np.sqrt(np.diag(linalg.inv(fisher))) / scale
+    fisher = equations(p, [s], [whiten], "band-limited", float(s.omega[-1]), False).gram
+    std = np.sqrt(np.diag(covariance_of(fisher)))
     n = len(true.natural_freq)
     return np.concatenate([std[:n] * true.natural_freq, std[n : 2 * n]])
 

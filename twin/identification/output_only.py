@@ -3,7 +3,9 @@
 Under white excitation the covariances of the outputs, R_k = E y(t+k) y(t)^T, are the impulse
 responses of a system with the structure's poles and shapes, so that the realization of eqs.
 (32)-(38) applies to them. Modal masses, and with them the scale of the shapes, remain unknown.
-Standard deviations are the jackknife's over parts of the records.
+A mode is listed where the jackknife over parts of the records proves its damping. Frequencies and
+dampings, with their deviations, are then those of maximum likelihood where the lines near the
+resonance allow it, and those of the subspace and the jackknife elsewhere.
 
 Source: Peeters and De Roeck 1999 (covariance-driven stochastic subspace identification); Efron
 1982, The Jackknife, chapter 3.
@@ -25,6 +27,7 @@ from twin.identification.as_json import modes_as_json
 from twin.identification.doubts import doubts_of_data
 from twin.identification.era import HankelFactors, era
 from twin.identification.listing import FALSE_MODES
+from twin.identification.output_refined import numerator_power, refined
 from twin.identification.pole_diagram import Pick, PoleDiagram, of_outputs
 from twin.identification.segments import Progress
 from twin.identification.spectra import USABLE_FRACTION
@@ -127,6 +130,7 @@ def identify_output_only(
         poles = pick(shown)
         columns = [[p for p in diagram if p.pole == pole] for pole in poles]
     modal = _with_deviations(columns, blocks, counts, rate, names, progress)
+    modal, likeliest = refined(modal, y, rate, numerator_power(recordings, names))
     if not len(modal.natural_freq):
         raise IdentificationError(
             f"{first.source}: no pole stays in the stabilisation diagram of the outputs alone: "
@@ -137,8 +141,20 @@ def identify_output_only(
         "from responses alone: the shapes have no scale, there are no masses and stiffnesses",
         "white excitation is assumed: a narrow peak in the spectrum of what excites the structure "
         "looks like a mode",
+        *_elsewhere(modal, likeliest),
     )
     return OutputOnly(modal, shown, tuple(recordings), rate, notes)
+
+
+def _elsewhere(modal: ModalModel, likeliest: NDArray[np.bool_]) -> tuple[str, ...]:
+    """Say which modes have no maximum-likelihood values."""
+    if likeliest.all():
+        return ()
+    named = ", ".join(f"{f:.4g}" for f in modal.natural_freq[~likeliest])
+    return (
+        f"at {named} Hz the lines of the spectra support no maximum-likelihood fit: the values are "
+        "those of the covariance-driven subspace",
+    )
 
 
 def _names(recordings: Sequence[Recording], outputs: Sequence[str] | None) -> tuple[str, ...]:

@@ -25,7 +25,7 @@ from twin.view.comparison import (
 )
 from twin.view.page.identification import write_identification_page
 from twin.view.rrd import write_rrd
-from twin.view.tables import channel_table, parameter_table
+from twin.view.tables import channel_table, mode_table, parameter_table
 
 FIGURES = {
     "time_histories": figures.time_histories,
@@ -48,7 +48,7 @@ def print_identification(
     warnings, notes = warnings_and_notes(result.notes)
     _print_warnings(console, warnings)
     rows = modal_rows(result, modes_at_sensors(truth, result.outputs) if truth else None)
-    console.print(parameter_table(rows, "Modes"))
+    console.print(mode_table(rows, "Modes"))
     matrices = matrix_rows(result.second_order, matrices_of(truth), result.second_order_std)
     if matrices:
         console.print(parameter_table(matrices, "Mass and stiffness, eq. (41)"))
@@ -89,7 +89,7 @@ def print_modes(
     """
     warnings, others = warnings_and_notes(notes)
     _print_warnings(console, warnings)
-    console.print(parameter_table(mode_rows(modal), f"Modes in {source}"))
+    console.print(mode_table(mode_rows(modal), f"Modes in {source}"))
     if more:
         console.print(more)
     for note in others:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -62,14 +63,7 @@ def table_columns(rows: Sequence[Row]) -> tuple[tuple[str, ...], list[tuple[str,
 def parameter_table(rows: Sequence[Row], title: str) -> Table:
     """Return a table for the terminal of identified against true parameters."""
     headers, body = table_columns(rows)
-    table = Table(
-        title=title,
-        title_justify="left",
-        box=SIMPLE_HEAD,
-        show_edge=False,
-        pad_edge=False,
-        collapse_padding=True,
-    )
+    table = _plain(title)
     for header in headers:
         justify: JustifyMethod = "left" if header == HEADERS[0] else "right"
         # the last head on two lines: the widest table fits eighty columns
@@ -77,6 +71,31 @@ def parameter_table(rows: Sequence[Row], title: str) -> Table:
     for line in body:
         table.add_row(*map(escape, line))
     if HEADERS[3] in headers:
+        table.caption, table.caption_justify = BOUND_NOTE, "left"
+    return table
+
+
+def mode_table(rows: Sequence[Row], title: str) -> Table:
+    """Return a table for the terminal with a line for each mode; by parameter where some are known.
+
+    Args:
+        rows: the frequency [Hz] and the damping ratio [%] of every mode, in the order of modes.
+        title: what the modes are of.
+    """
+    if not rows or any(row.true is not None for row in rows):
+        return parameter_table(rows, title)
+    table = _plain(title)
+    both = [[cells(row) for row in rows if row.unit == unit] for unit in ("Hz", "%")]
+    used = [[c for c in (1, 2, 3) if c == 1 or any(line[c] for line in part)] for part in both]
+    table.add_column("mode", justify="right", no_wrap=True)
+    for part, columns in zip(both, used, strict=True):
+        for c in columns:
+            header = re.sub(r" \d+", "", part[0][0]) if c == 1 else HEADERS[c]
+            table.add_column(escape(header), justify="right", no_wrap=True)
+    for k, lines in enumerate(zip(*both, strict=True)):
+        line = [part[c] for part, columns in zip(lines, used, strict=True) for c in columns]
+        table.add_row(str(k + 1), *map(escape, line))
+    if 3 in used[0]:
         table.caption, table.caption_justify = BOUND_NOTE, "left"
     return table
 
@@ -95,14 +114,7 @@ def channel_table(recording: Recording) -> Table:
     """Return a table for the terminal of a recording's channels: role, unit, RMS and peak."""
     seconds = f"{recording.samples} samples at {recording.sampling_hz:g} Hz"
     title = f"{recording.source}: {seconds}"
-    table = Table(
-        title=title,
-        title_justify="left",
-        box=SIMPLE_HEAD,
-        show_edge=False,
-        pad_edge=False,
-        collapse_padding=True,
-    )
+    table = _plain(title)
     for header in ("channel", "role", "unit"):
         table.add_column(header, no_wrap=True)
     for header in ("RMS", "peak"):
@@ -116,6 +128,18 @@ def channel_table(recording: Recording) -> Table:
             channel.name, role[channel.name in inputs], channel.unit, f"{rms:.4g}", f"{peak:.4g}"
         )
     return table
+
+
+def _plain(title: str) -> Table:
+    """Return an empty table with a title and a line below its head."""
+    return Table(
+        title=title,
+        title_justify="left",
+        box=SIMPLE_HEAD,
+        show_edge=False,
+        pad_edge=False,
+        collapse_padding=True,
+    )
 
 
 def _decimals(row: Row) -> int:
