@@ -27,6 +27,7 @@ sys.path.insert(0, str(ROOT))
 from experiments.concealed.chain import measure  # noqa: E402
 from experiments.concealed.motions import motion  # noqa: E402
 from experiments.concealed.score import pair_of, words  # noqa: E402
+from experiments.concealed.steps import TOLERANCE  # noqa: E402
 from experiments.detection_limits_report import document, show  # noqa: E402
 from experiments.detection_limits_rivals import nearest  # noqa: E402
 from experiments.detection_limits_theory import PAIRS, Bench, Pair  # noqa: E402
@@ -172,7 +173,7 @@ def _said(model: str, recordings: Path) -> Mapping[str, Any]:
 
     train, test = (sorted(recordings.glob(f"{kind}_*.csv")) for kind in ("train", "test"))
     try:
-        return diagnose_files(model, train, test, None, 0)
+        return diagnose_files(model, train, test, None, 0, TOLERANCE)
     except Exception as error:  # whatever it is
         return {"error": f"{type(error).__name__}: {error}"}
 

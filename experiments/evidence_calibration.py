@@ -28,7 +28,8 @@ sys.path.insert(0, str(ROOT))
 from twin.diagnosis.beginning import added, moved_to, start_of  # noqa: E402
 from twin.diagnosis.candidates import Candidate, priors_of, scales_of, surroundings  # noqa: E402
 from twin.diagnosis.hypothesis import Hypothesis  # noqa: E402
-from twin.diagnosis.problem import Measured, Motion, Problem  # noqa: E402
+from twin.diagnosis.motion import Motion  # noqa: E402
+from twin.diagnosis.problem import Measured, Problem  # noqa: E402
 from twin.estimation.fit import Fit, fit  # noqa: E402
 from twin.estimation.kalman import gains  # noqa: E402
 from twin.estimation.likelihood import evaluate  # noqa: E402
@@ -68,7 +69,7 @@ def nominal(seed: int) -> tuple[Problem, Motion]:
     levels = np.ones(2), NOISE * np.sqrt(np.mean(u**2, axis=0))
     first = Measured("recording", u, np.zeros((SAMPLES, 2)), levels[1], levels[0])
     n = len(model.coordinates)
-    blank = Problem(model, (first,), RATE_HZ, 0.01, 0.3, "linear", np.ones((1, n)))
+    blank = Problem(model, (first,), RATE_HZ, 0.01, 0.3, ("linear",), np.ones((1, n)))
     h = Hypothesis(blank)
     here = h.assemble(np.zeros(len(h.unknowns)))
     plant = sampled(here.systems[0], 1 / RATE_HZ, here.steps, here.held)

@@ -65,6 +65,7 @@ SECTIONS = {
     AGAIN: "The misses again",
     "detection_limits": "Detection limits",
     "structures": "Any structure",
+    "drawings": "Drawings that are off",
     "nuisances": "Not our simulator: instruments that misbehave",
     "p_delta": "Gravity on a flexible frame",
     "controlled": "A controlled run that falls short",

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from experiments.proof_nuisances import nuisances
+from experiments.proof_tolerances import tolerances
 
 Section = dict[str, Any]
 
@@ -205,4 +206,5 @@ def _ratio(said: Mapping[str, Any]) -> str:
 MADE: dict[str, Callable[[Mapping[str, Any]], Section]] = {
     "real": real, "peers": peers, "p_delta": p_delta, "controlled": controlled,
     "misses_again": misses_again, "nuisances": nuisances,
+    "drawings": tolerances,
 }  # fmt: skip

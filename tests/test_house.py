@@ -26,6 +26,27 @@ def test_no_file_is_longer_than_300_lines():
     assert not long
 
 
+def test_every_experiment_and_benchmark_finds_what_it_imports_of_ours():
+    """A command that the README or a page names must run after a module has moved."""
+    code = (
+        "import importlib, sys\n"
+        "sys.path[:0] = ['.', 'benchmarks']\n"
+        "for name in sys.argv[1:]:\n"
+        "    try:\n"
+        "        importlib.import_module(name)\n"
+        "    except ModuleNotFoundError as error:\n"
+        "        if error.name.split('.')[0] in ('twin', 'experiments', *sys.argv[1:]):\n"
+        "            raise\n"
+    )
+    names = [f"experiments.{path.stem}" for path in (ROOT / "experiments").glob("*.py")]
+    names += [path.stem for path in (ROOT / "benchmarks").glob("*.py")]
+    done = subprocess.run(
+        [sys.executable, "-c", code, *sorted(names)],
+        cwd=ROOT, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+
+
 def test_importing_twin_loads_no_plotting_viewer_or_unit_library():
     code = (
         "import sys, twin; "

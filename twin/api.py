@@ -227,7 +227,7 @@ def diagnose(
         model: the twin as it stands: a twin, a design, an MJCF file or a shipped model's name.
         train: recordings to explain, or their files.
         test: recordings that only the result is shown on.
-        tolerance: of masses and stiffnesses, relative; 0.4 % by default.
+        tolerance: of masses and stiffnesses, relative; by default what the recordings show.
         damping_tolerance: of dampings; 10 % by default.
         added_mass: recording's name -> place -> mass bolted on for it [kg].
         unknown_parameters: the model's numbers are not known: they are identified first.

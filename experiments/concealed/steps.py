@@ -8,6 +8,7 @@ import tempfile
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -28,6 +29,9 @@ from .tables import STRUCTURES
 
 Diagnose = Callable[..., dict[str, Any]]
 """diagnose(model, train, test, out, seed) -> the JSON of ``twin diagnose``."""
+
+TOLERANCE = 0.004
+"""What a diagnosis is told of the drawing: a little more than rigs are off by (``MASS_SPREAD``)."""
 
 STARTING = ("twin.diagnosis.pipeline",)
 """What starts a process when it is imported (MuJoCo's window library asks for its own version)."""
@@ -138,8 +142,7 @@ def of_the_command() -> Diagnose:
         module = import_module("twin.cli.diagnose")
     except ImportError as error:
         raise TwinError(f"there is no diagnosis to test ({error})") from None
-    found: Diagnose = module.diagnose_files
-    return found
+    return partial(module.diagnose_files, tolerance=TOLERANCE)
 
 
 def _diagnosed(task: Blind) -> dict[str, Any]:

@@ -54,7 +54,8 @@ def diagnose(
         float | None,
         typer.Option(
             "--tolerance", min=0.01, max=20.0,
-            help="How well masses and stiffnesses of the model are known [%]; 0.4 by default.",
+            help="How well masses and stiffnesses of the model are known [%]; by default what "
+            "the recordings show, 1 at least.",
         ),
     ] = None,
     damping_tolerance: Annotated[
@@ -175,12 +176,13 @@ def _share(percent: float | None) -> float | None:
 
 
 def diagnose_files(
-    model: str, train: list[Path], test: list[Path], out: Path | None = None, seed: int = 0
-) -> dict[str, Any]:
+    model: str, train: list[Path], test: list[Path], out: Path | None = None, seed: int = 0,
+    tolerance: float | None = None,
+) -> dict[str, Any]:  # fmt: skip
     """Diagnose files and return the JSON of the contract; the twin is written where ``out`` is."""
     from twin.diagnosis.result import as_json
 
-    result = run(model, train, test, seed)
+    result = run(model, train, test, seed, tolerance=tolerance)
     path = None
     if out is not None:
         path = str(result.explained.export(folder(out) / TWIN_FILE))

@@ -56,7 +56,7 @@ def dropped(
     if _needed(best, fewer, options):
         return None
     starts = _starts(fewer, options)
-    fits = [explained(fewer, z, cost, best.log_odds) for z in starts]
+    fits = [explained(fewer, z, cost, best) for z in starts]
     return max((e for e in fits if e is not None), key=lambda e: e.log_odds, default=None)
 
 

@@ -7,7 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.diagnosis.beginning import attempted
 from twin.diagnosis.between import again
+from twin.diagnosis.drawing import odds_of
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.estimation.fit import Fit, fit
 
@@ -34,19 +36,27 @@ class Explanation:
         return tuple((m.name, m.place) for m in self.hypothesis.mechanisms)
 
 
-def explained(h: Hypothesis, z: Array, cost: float, top: float) -> Explanation | None:
+def explained(h: Hypothesis, z: Array, cost: float, top: Explanation) -> Explanation | None:
     """Return a set of mechanisms fitted from z, (p,), with what the inputs do between samples.
 
     A twin that lacks it may have taken them for something else.
+
+    Args:
+        h: the set.
+        z: where the fit begins.
+        cost: of each mechanism [nat].
+        top: what must be within reach.
     """
     spent = cost * len(h.mechanisms)
+    # another tolerance may be worth as much to this one
+    least = top.log_odds + spent - (odds_of(top.hypothesis, top.fit) - top.fit.log_evidence)
     try:
-        h, found = again(h, fit(h, z, hopeless=top + spent), steps=0)
+        h, found = again(h, fit(h, z, hopeless=least), steps=0)
     except (ValueError, np.linalg.LinAlgError):
         return None
     if not np.isfinite(found.log_evidence):
         return None
-    return Explanation(h, found, found.log_evidence - spent)
+    return Explanation(h, found, odds_of(h, found) - spent)
 
 
 def from_prior_noise(best: Explanation) -> Explanation:
@@ -56,9 +66,8 @@ def from_prior_noise(best: Explanation) -> Explanation:
     """
     z, h = best.fit.z, best.hypothesis
     noisy = np.array([u.role == "noise" for u in h.unknowns])
-    try:
-        found = fit(h, np.where(noisy, 0.0, z), hopeless=best.fit.log_evidence)
-    except (ValueError, np.linalg.LinAlgError):
+    found = attempted(h, np.where(noisy, 0.0, z), hopeless=best.fit.log_evidence)
+    if found is None:
         return best
-    gained = found.log_evidence - best.fit.log_evidence
+    gained = odds_of(h, found) - odds_of(h, best.fit)
     return replace(best, fit=found, log_odds=best.log_odds + gained) if gained > 0 else best

@@ -47,10 +47,8 @@ def base_mechanisms(problem: Problem, z: Array) -> tuple[Mechanism, ...]:
     for name, body in problem.masses:
         out.append(Mass(name, float(body.mass * np.expm1(problem.tolerance * z[at])), 1.0))
         at += 1
-    change = np.zeros_like(problem.model.R)
-    for index, r in problem.dampings:
-        change[index, index] = r * np.expm1(problem.damping_tolerance * z[at])
-        at += 1
+    there = problem.base(z)
+    change = problem.damping(there.M, there.K, z) - problem.model.R
     return (*out, *dashpots(problem.model, change))
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.diagnosis import drawing
 from twin.diagnosis.between import choose, in_words
 from twin.diagnosis.by_simulation import loosened, search_by_simulation
 from twin.diagnosis.comparison import compare
@@ -21,7 +22,7 @@ from twin.diagnosis.next_test import next_test
 from twin.diagnosis.offer import offer
 from twin.diagnosis.pictures import force_pictures
 from twin.diagnosis.predict import predictors
-from twin.diagnosis.prepare import DAMPING_TOLERANCE, TOLERANCE, UNKNOWN, Prepared, prepare
+from twin.diagnosis.prepare import DAMPING_TOLERANCE, UNKNOWN, Prepared, prepare
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.result import Diagnosis, Finding
 from twin.diagnosis.search import Found, search
@@ -82,8 +83,8 @@ def diagnose(
         twin: the model as it stands.
         train: recordings to explain.
         test: recordings on which the result is shown; nothing before that reads them.
-        tolerance: prior deviation of masses and stiffnesses about the model's, as a share; 0.4 %
-            where nothing is said.
+        tolerance: prior deviation of masses and stiffnesses about the model's, as a share; where
+            nothing is said the recordings tell it, from 1 % on.
         damping_tolerance: the same for the dampings; 10 %.
         added_mass: source of a recording -> place -> mass bolted on for it [kg].
         unknown: the model's numbers are not known: any of them may be off by a factor of three.
@@ -97,12 +98,10 @@ def diagnose(
     clock = _Clock(tell)
     clock("reading the model")
     least = UNKNOWN if unknown else 0.0
-    ready = prepare(
-        twin, train, test,
-        max(TOLERANCE if tolerance is None else tolerance, least),
-        max(DAMPING_TOLERANCE if damping_tolerance is None else damping_tolerance, least),
-        added_mass,
-    )  # fmt: skip
+    loose = max(DAMPING_TOLERANCE if damping_tolerance is None else damping_tolerance, least)
+    if unknown:
+        tolerance = max(tolerance or 0.0, UNKNOWN)
+    ready = prepare(twin, train, test, tolerance, loose, added_mass)
     clock("calibrating the twin")
     stated = None
     if ready.simulated:
@@ -194,7 +193,8 @@ def _notes(ready: Prepared, best: Explanation, judged: Judgement) -> tuple[str, 
     problem = best.hypothesis.problem
     lacking = [f"{f.mechanism.name}: {f.mechanism.mjcf}" for f in judged.findings
                if f.mechanism.mjcf]  # fmt: skip
-    return (*ready.notes, in_words(problem), *_shifted(best), *lacking, *judged.notes)
+    drawn = () if problem.told else (drawing.in_words(problem),)
+    return (*ready.notes, in_words(problem), *drawn, *_shifted(best), *lacking, *judged.notes)
 
 
 def _shifted(best: Explanation) -> tuple[str, ...]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from twin.contract import names_in
 from twin.diagnosis.band import USED_BAND, Banded, banded, one_rate
 from twin.diagnosis.channels import common, has, no_overlap, of_model
+from twin.diagnosis.drawing import LEAST
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.nominal import checked, with_known
 from twin.diagnosis.order import in_words, read_order
@@ -26,9 +27,8 @@ from twin.signals.noise_floor import noise_floor
 
 Array = NDArray[np.float64]
 
-TOLERANCE, DAMPING_TOLERANCE = 0.004, 0.1
-"""Prior deviations of masses and stiffnesses, and of dampings, where the user says nothing: a
-laboratory's parts are weighed and their stiffnesses measured; a change beyond it is a finding."""
+DAMPING_TOLERANCE = 0.1
+"""Prior deviation of dampings where the user says nothing; a change beyond it is a finding."""
 
 UNKNOWN = 1.0
 """Prior deviation of logarithms where the model's numbers are not known: a factor of three."""
@@ -82,7 +82,7 @@ def prepare(
     twin: Twin,
     train: Sequence[Recording],
     test: Sequence[Recording],
-    tolerance: float = TOLERANCE,
+    tolerance: float | None = None,
     damping_tolerance: float = DAMPING_TOLERANCE,
     added_mass: Mapping[str, Mapping[str, float]] | None = None,
 ) -> Prepared:
@@ -92,7 +92,8 @@ def prepare(
         twin: the model as it stands.
         train: recordings to explain.
         test: recordings that only the result is shown on.
-        tolerance: prior deviation of masses and stiffnesses, as a share.
+        tolerance: prior deviation of masses and stiffnesses, as a share; found from the recordings
+            where nothing is said.
         damping_tolerance: the same of dampings.
         added_mass: source of a recording -> body -> mass bolted on for it [kg].
 
@@ -104,6 +105,7 @@ def prepare(
     if not train or not test:
         raise RecordingError("a diagnosis needs at least one training and one test recording")
     no_overlap(train, test)
+    told, tolerance = tolerance is not None, LEAST if tolerance is None else tolerance
     notes: list[str] = []
     everything = [of_model(twin, r, notes) for r in (*train, *test)]
     everything = one_rate(everything, min(r.sampling_hz for r in everything), notes)
@@ -137,7 +139,7 @@ def prepare(
     filtered: tuple[Between, ...] = tuple("band_limited" for _ in inputs)
     problems = [
         _scaled(Problem(model, tuple(part), rate, tolerance, damping_tolerance, filtered,
-                        np.zeros((len(part), len(model.coordinates)))))
+                        np.zeros((len(part), len(model.coordinates))), told=told))
         for part in (measured[: len(train)], measured[len(train) :])
     ]  # fmt: skip
     _enough(problems[0], slowest)

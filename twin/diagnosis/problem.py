@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 from twin.arrays import frozen
 from twin.diagnosis.known import OfKnown, unknowns_of, valued
+from twin.diagnosis.modal_damping import following
+from twin.diagnosis.parameters import TELLABLE, stiffnesses_of
 from twin.diagnosis.scales import Scales
 from twin.diagnosis.straight import hold_error, noise_gain, prefiltered, well_damped
 from twin.estimation.model import Trial, Unknown
@@ -34,9 +36,6 @@ a linear structure and its analyser agree to about that."""
 EDGE = 16
 """Samples at the end of a recording that are left out: a channel that is late ends before its
 recording does, by at most an eighth of a period of the band and as much for the filters."""
-
-TELLABLE = 1e-6
-"""A stiffness pattern counts as another one where this share of it is not a sum of those before."""
 
 
 @dataclass(frozen=True)
@@ -79,13 +78,14 @@ class Problem:
         recordings: of one sampling rate.
         sampling_hz: samples per second.
         tolerance: prior deviation of stiffnesses and masses, as a share.
-        damping_tolerance: the same of modal dampings.
+        damping_tolerance: the same of modal damping ratios.
         between: what each input does between samples, (r,).
         scale: RMS of the modal displacements of each recording, (recordings, n); the state before
             the first sample is taken as of that size.
         known: mechanisms that the model itself holds, part of every hypothesis: their values are
             as uncertain as dampings, and no more exact a law than any.
         known_scales: of force, displacement and rate at their ports.
+        told: whether the user says the tolerance; if not, it is found from the recordings.
     """
 
     model: LinearModel
@@ -97,6 +97,7 @@ class Problem:
     scale: Array
     known: tuple[Mechanism, ...] = ()
     known_scales: Scales | None = None
+    told: bool = True
 
     @property
     def step_s(self) -> float:
@@ -154,35 +155,8 @@ class Problem:
 
     @cached_property
     def stiffnesses(self) -> tuple[tuple[str, Array, float], ...]:
-        """Ports whose stiffness is a parameter: name, row (n,), stiffness seen there [N/m].
-
-        Ports that no recording could tell apart (their patterns row row^T are sums of others')
-        are represented once.
-        """
-        model = self.model
-        try:
-            compliance = np.linalg.inv(model.K)
-        except np.linalg.LinAlgError:
-            compliance = np.linalg.pinv(model.K)
-        found: list[tuple[str, Array, float]] = []
-        patterns: list[Array] = []
-        for name in model.places("drift"):
-            row = model.port(name)
-            # a port that moves a rigid mode holds nothing back by itself
-            rigid = np.diag(model.K) <= 1e-9 * np.max(np.diag(model.K), initial=1e-300)
-            if np.any(np.abs(row[rigid]) > 1e-9 * np.linalg.norm(row)):
-                continue
-            seen = float(row @ compliance @ row)
-            if not seen > 0:
-                continue
-            pattern = np.outer(row, row).ravel() / float(row @ row)
-            rest = pattern.copy()
-            for other in patterns:
-                rest -= other * float(other @ rest)
-            if float(rest @ rest) > TELLABLE:
-                patterns.append(rest / np.linalg.norm(rest))
-                found.append((name, row, 1 / seen))
-        return tuple(found)
+        """Ports whose stiffness is a parameter: name, row (n,), stiffness seen there [N/m]."""
+        return stiffnesses_of(self.model)
 
     @cached_property
     def masses(self) -> tuple[tuple[str, Body], ...]:
@@ -238,7 +212,7 @@ class Problem:
 
     def base(self, z: Array) -> LinearModel:
         """Return the twin at values z of its base unknowns, (base unknowns,)."""
-        K, M, R = self.model.K.copy(), self.model.M.copy(), self._damping.copy()
+        K, M = self.model.K.copy(), self.model.M.copy()
         at = 0
         for _, row, k in self.stiffnesses:
             K += k * np.expm1(self.tolerance * z[at]) * np.outer(row, row)
@@ -247,10 +221,24 @@ class Problem:
             rows = body.translation
             M += np.expm1(self.tolerance * z[at]) * (body.mass * rows.T @ rows + body.spin)
             at += 1
-        for index, r in self.dampings:
-            R[index, index] += r * np.expm1(self.damping_tolerance * z[at])
-            at += 1
+        R = self.damping(M, K, z, self._damping)
         return self._with_inertia(replace(self.model, M=M, K=K, R=R), z)
+
+    def damping(self, M: Array, K: Array, z: Array, nominal: Array | None = None) -> Array:
+        """Return the damping matrix at values z of the base unknowns, (n, n).
+
+        Args:
+            M: mass matrix of the twin there, (n, n).
+            K: its stiffness matrix, (n, n).
+            z: the values.
+            nominal: damping matrix of the nominal twin; None for the model's own.
+        """
+        D = np.array(self.model.R if nominal is None else nominal)
+        at = len(self.stiffnesses) + len(self.masses)
+        for index, r in self.dampings:
+            D[index, index] += r * np.expm1(self.damping_tolerance * z[at])
+            at += 1
+        return following(self.model.M, self.model.K, M, K, D)
 
     def _with_inertia(self, model: LinearModel, z: Array) -> LinearModel:
         """Return the model with the inertia forces of a shaken base that its masses have."""

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from twin.diagnosis.beginning import added, attempted, beginnings, likeliest, moved_to, start_of
 from twin.diagnosis.between import again
 from twin.diagnosis.candidates import Candidate, motions, scales_of
+from twin.diagnosis.drawing import at_its_tolerance, odds_of
 from twin.diagnosis.dropping import without_needless
 from twin.diagnosis.explanation import Explanation, explained, from_prior_noise
 from twin.diagnosis.hypothesis import Hypothesis
@@ -79,8 +80,9 @@ def search(
     """
     empty = Hypothesis(problem)
     calibrated = fit(empty, start_of(empty) if start is None else start)
-    nothing = Explanation(empty, calibrated, calibrated.log_evidence)
-    best = nothing
+    empty, calibrated = at_its_tolerance(empty, calibrated)
+    nothing = Explanation(empty, calibrated, odds_of(empty, calibrated))
+    problem, best = empty.problem, nothing
     tried: Tried = {(): nothing}
     screened = []
     moved = motions(problem, empty, calibrated.z)
@@ -109,8 +111,8 @@ def search(
             best = next((e for e in better if not _ends_in_a_trifle(e)), better[0])
             best = from_prior_noise(best)
             best = without_needless(best, cost, tried)
-            hypothesis, found = again(best.hypothesis, best.fit)
-            gained = found.log_evidence - best.fit.log_evidence
+            hypothesis, found = at_its_tolerance(*again(best.hypothesis, best.fit))
+            gained = odds_of(hypothesis, found) - odds_of(best.hypothesis, best.fit)
             best = Explanation(hypothesis, found, best.log_odds + gained)
             _keep(tried, best)
             trifling = _ends_in_a_trifle(best)
@@ -164,7 +166,7 @@ def _without_names(
         place = other.mechanisms[-1].place
         tell(f"fitting a non-parametric restoring force at {place} ({number + 1})")
         _, begun = likeliest(other, [z for start in starts for z in beginnings(other, start)])
-        found = explained(other, begun, cost, best.log_odds)
+        found = explained(other, begun, cost, best)
         if found is not None:
             found = without_needless(found, cost, tried)
             _keep(tried, found)
@@ -219,7 +221,7 @@ def _fitted(
         candidate, (h, start) = moves[index][0].candidate, grown[index]
         place = f"{len(moves[index])} channels" if len(moves[index]) > 1 else candidate.label[1]
         tell(f"fitting {candidate.label[0]} at {place} ({number + 1} of {len(begun)})")
-        top = max((e.log_odds for e in fits), default=before.log_odds)
+        top = max(fits, key=lambda e: e.log_odds, default=before)
         found = explained(h, likeliest(h, [start, z])[1], cost, top)
         if found is not None:
             fits.append(found)

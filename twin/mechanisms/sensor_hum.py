@@ -21,6 +21,10 @@ OVERTONES = (1.0, 0.3, 0.3)
 WANDER = 0.005
 """Half-width of the line [Hz]: the mains drift by a hundredth of a hertz in half a minute."""
 
+RANGE = 10.0
+"""By how much more a tone may be in one recording than in others: ranges are switched in decades,
+and a shaker's amplifier hums in some recordings only."""
+
 STRAY = 0.01
 """Share beyond which a line is no tone of the mains but one that the sampling folds back."""
 
@@ -85,7 +89,7 @@ class SensorHum(ChannelFault):
             B=np.zeros((k, 1)),
             C=np.tile([1.0, 0.0], k // 2)[None],
             G=np.diag(np.sqrt(2 * rate) * sizes),
-            start=np.diag(sizes**2),
+            start=np.diag((RANGE * sizes) ** 2),
         )
 
     @classmethod

@@ -9,6 +9,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.diagnosis.band import USED_BAND
+from twin.diagnosis.drawing import LEAST
+from twin.diagnosis.prepare import DAMPING_TOLERANCE
 from twin.errors import TwinError
 from twin.mechanisms.mechanism import Surroundings
 from twin.model import Twin
@@ -22,13 +25,6 @@ from twin.rehearsal.sensitivity import Known
 from twin.rehearsal.whitening import Trial
 
 Array = NDArray[np.float64]
-
-USED_BAND = 2.56
-"""Sampling rate over the highest frequency that an analyser shows."""
-
-TOLERANCE, DAMPING_TOLERANCE = 0.01, 0.3
-"""How well masses and stiffnesses, and dampings, of a drawing are known where the plan says
-nothing: weighed parts and nominal sections to a per cent, dampings to a third (Blevins 1979)."""
 
 
 @dataclass(frozen=True)
@@ -74,9 +70,7 @@ class Bench:
     @property
     def known(self) -> Known:
         """How well the drawing is known."""
-        return Known(
-            self.plan.tolerance or TOLERANCE, self.plan.damping_tolerance or DAMPING_TOLERANCE
-        )
+        return Known(self.plan.tolerance or LEAST, self.plan.damping_tolerance or DAMPING_TOLERANCE)
 
     @cached_property
     def trials(self) -> tuple[Trial, ...]:
