@@ -1,4 +1,4 @@
-"""What the inputs do between samples, by evidence.
+"""What the inputs do between samples and what the analyser's filter is, by evidence.
 
 What one analyser measured is alike between samples; what motors were commanded is another thing (a
 computer holds its output), so the two are asked for apart.
@@ -6,7 +6,6 @@ computer holds its output), so the two are asked for apart.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,6 +16,7 @@ from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.portion import on_a_part
 from twin.diagnosis.problem import Between, Problem
 from twin.estimation.fit import Fit, fit
+from twin.estimation.low_pass import LowPass
 
 Array = NDArray[np.float64]
 
@@ -33,6 +33,15 @@ KINDS: dict[Between, str] = {
     "held": "held from sample to sample",
 }
 
+FILTERS = (
+    *(LowPass(cut_off) for cut_off in (0.8, 0.9, 1.0, 2.0)),
+    *(LowPass(cut_off, 8) for cut_off in (0.7, 0.8, 0.9)),
+    None,
+)
+"""What an analyser's filter may be where a law jumps: of linear phase, the last one hardly a
+filter; of Butterworth, whose order matters little from six on; or none, and a law that follows the
+estimated motion, as where forces act that nobody measured."""
+
 
 def choose(problem: Problem) -> tuple[Problem, Array]:
     """Return the problem with what the inputs do between samples, and a calibration.
@@ -45,10 +54,11 @@ def choose(problem: Problem) -> tuple[Problem, Array]:
 
 
 def again(hypothesis: Hypothesis, found: Fit, steps: int = FEW) -> tuple[Hypothesis, Fit]:
-    """Return a fit with other inputs between the samples where these are likelier now.
+    """Return a fit with other inputs between the samples, or another analyser, if likelier now.
 
-    A twin that lacks much takes the inputs for what they are not. Others are fitted from where it
-    is, a few steps each, those that were measured and motors' commands in turn.
+    A twin that lacks much takes them for what they are not. Others are fitted from where it is, a
+    few steps each: the inputs that were measured, motors' commands and the analyser's filter in
+    turn.
 
     Args:
         hypothesis: what was fitted.
@@ -57,13 +67,11 @@ def again(hypothesis: Hypothesis, found: Fit, steps: int = FEW) -> tuple[Hypothe
     """
     if steps and not _open(hypothesis, found, steps):
         return hypothesis, found
-    for group in sorted({_driven(hypothesis.problem, i) for i in hypothesis.problem.model.inputs}):
-        own = _odds(hypothesis.problem.between)
+    for group in range(len(_groups(hypothesis))):
+        own = _odds(hypothesis.problem)
         best = hypothesis, found, found.log_evidence - own
-        for between in _others(hypothesis.problem, group):
-            problem = replace(hypothesis.problem, between=between)
-            other = replace(hypothesis, problem=problem)
-            odds = _odds(between)
+        for problem in _groups(hypothesis)[group]:
+            other, odds = replace(hypothesis, problem=problem), _odds(problem)
             if not steps and likeliest(other, [found.z])[0] - odds <= found.log_posterior - own:
                 continue
             tried = attempted(other, found.z, max(steps, 1), found.log_posterior + odds - own)
@@ -75,21 +83,19 @@ def again(hypothesis: Hypothesis, found: Fit, steps: int = FEW) -> tuple[Hypothe
 
 
 def _open(hypothesis: Hypothesis, found: Fit, steps: int) -> bool:
-    """Return whether a part of the samples leaves it open that other inputs are likelier."""
+    """Return whether a part of the samples leaves it open that others are likelier."""
     part = on_a_part(hypothesis)
     if part is None:
         return True
     own = attempted(part, found.z, steps)
     if own is None:
         return True
-    least = own.log_evidence - _odds(hypothesis.problem.between)
-    for group in sorted({_driven(part.problem, i) for i in part.problem.model.inputs}):
-        for between in _others(part.problem, group):
-            other = replace(part, problem=replace(part.problem, between=between))
-            odds = _odds(between)
-            tried = attempted(other, own.z, steps, least + odds)
-            if tried is not None and tried.log_evidence - odds > least:
-                return True
+    least = own.log_evidence - _odds(hypothesis.problem)
+    for problem in (problem for group in _groups(part) for problem in group):
+        odds = _odds(problem)
+        tried = attempted(replace(part, problem=problem), own.z, steps, least + odds)
+        if tried is not None and tried.log_evidence - odds > least:
+            return True
     return False
 
 
@@ -103,21 +109,27 @@ def in_words(problem: Problem) -> str:
     return "; ".join(f"{who} taken as {KINDS[kind]}" for kind, who in names.items() if who)
 
 
-def _others(problem: Problem, driven: bool) -> Iterator[tuple[Between, ...]]:
-    """Yield what else the measured inputs, or motors' commands, could do."""
-    for kind in KINDS:
-        tried = tuple(
-            kind if _driven(problem, name) == driven else now
-            for name, now in zip(problem.model.inputs, problem.between, strict=True)
+def _groups(hypothesis: Hypothesis) -> list[list[Problem]]:
+    """Return what else measured inputs, motors' commands and the analyser's filter could do."""
+    problem, groups = hypothesis.problem, []
+    for driven in sorted({_driven(problem, name) for name in problem.model.inputs}):
+        several = (
+            tuple(
+                kind if _driven(problem, name) == driven else now
+                for name, now in zip(problem.model.inputs, problem.between, strict=True)
+            )
+            for kind in KINDS
         )
-        if tried != problem.between:
-            yield tried
+        groups.append([replace(problem, between=b) for b in several if b != problem.between])
+    if hypothesis.blurred:
+        groups.append([replace(problem, low_pass=f) for f in FILTERS if f != problem.low_pass])
+    return groups
 
 
 def _driven(problem: Problem, name: str) -> bool:
     return name in problem.model.driven
 
 
-def _odds(between: Sequence[Between]) -> float:
+def _odds(problem: Problem) -> float:
     """Return the log odds against kinds of inputs [nat]."""
-    return ENOUGH * len(set(between) - {"band_limited"})
+    return ENOUGH * len(set(problem.between) - {"band_limited"})

@@ -203,6 +203,7 @@ class Hypothesis:
         return Assembly(
             systems, which, tuple(noises), compiled, numbers, scales, self._steps(scales),
             problem.held, self._trials(mechanisms),
+            low_pass=problem.low_pass if self.blurred else None,
         )  # fmt: skip
 
     def _around(self, place: str) -> tuple[float, float, float]:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.problem import Problem
+from twin.diagnosis.straight import prefiltered
 from twin.estimation.model import Assembly, Trial, Unknown
 from twin.estimation.passing import LawAverages, Run
 from twin.estimation.system import System
@@ -74,6 +75,11 @@ class Linearised:
         return np.array([u.name not in held for u in self.unknowns])
 
     @property
+    def filtered(self) -> bool:
+        """Whether the rest is what an analyser shows of it, and so band-limited."""
+        return self.hypothesis.blurred and self.problem.low_pass is not None
+
+    @property
     def laws(self) -> int:
         """How many laws there are."""
         return self.rest[0].shape[1]
@@ -119,7 +125,8 @@ class Linearised:
         out = []
         for own, whole in zip(trials, self.rest, strict=True):
             rest = whole[: len(own.y)]
-            u, between = np.hstack([own.u, rest]), np.hstack([own.between, rest])
+            lines = prefiltered(rest) if self.filtered else rest
+            u, between = np.hstack([own.u, rest]), np.hstack([own.between, lines])
             out.append(Trial(u, between, own.y, own.step_s))
         return tuple(out)
 

@@ -27,7 +27,8 @@ from twin.estimation.kalman import Gains, gains
 from twin.estimation.likelihood import gaussian
 from twin.estimation.model import Assembly, Trial
 from twin.estimation.passing import LawAverages, Run, averages_at, open_loop, run
-from twin.estimation.system import Noise, Sampled, sampled
+from twin.estimation.sensitivities import plants_of
+from twin.estimation.system import Noise, Sampled
 from twin.mechanisms.mechanism import ChannelFault, Mechanism
 
 Array = NDArray[np.float64]
@@ -157,8 +158,7 @@ class Predictor:
 def predictors(hypothesis: Hypothesis, z: Array) -> list[Predictor]:
     """Return a hypothesis at values z, (p,), beside each of its recordings."""
     here = hypothesis.assemble(z)
-    step_s = hypothesis.problem.step_s
-    plants = [sampled(s, step_s, here.steps, here.held) for s in here.systems]
+    plants = plants_of(here, hypothesis)
     names = hypothesis.problem.model.outputs
     out = []
     for t, trial in enumerate(here.trials):

@@ -16,6 +16,7 @@ from twin.diagnosis.modal_damping import following
 from twin.diagnosis.parameters import TELLABLE, stiffnesses_of
 from twin.diagnosis.scales import Scales
 from twin.diagnosis.straight import hold_error, noise_gain, prefiltered, well_damped
+from twin.estimation.low_pass import LowPass
 from twin.estimation.model import Trial, Unknown
 from twin.mechanisms.mechanism import Mechanism
 from twin.model.linear import LinearModel
@@ -32,6 +33,9 @@ of two either way."""
 PROCESS_SHARE, PROCESS_DEVIATION = 1e-3, 2.0
 """Prior of the process noise: a thousandth of the inertia forces, give or take a factor of seven;
 a linear structure and its analyser agree to about that."""
+
+LINEAR_PHASE = LowPass(1.0)
+"""What an analyser is taken for to begin with: half of the amplitude is left at half the rate."""
 
 EDGE = 16
 """Samples at the end of a recording that are left out: a channel that is late ends before its
@@ -85,6 +89,8 @@ class Problem:
         known: mechanisms that the model itself holds, part of every hypothesis: their values are
             as uncertain as dampings, and no more exact a law than any.
         known_scales: of force, displacement and rate at their ports.
+        low_pass: the analyser's filter, through which outputs show the forces of laws that jump,
+            simulated; None where these laws follow the estimated motion and are seen as they are.
         told: whether the user says the tolerance; if not, it is found from the recordings.
     """
 
@@ -97,6 +103,7 @@ class Problem:
     scale: Array
     known: tuple[Mechanism, ...] = ()
     known_scales: Scales | None = None
+    low_pass: LowPass | None = LINEAR_PHASE
     told: bool = True
 
     @property

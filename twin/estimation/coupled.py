@@ -5,8 +5,15 @@
 from __future__ import annotations
 
 import numba
+import numpy as np
 
-from twin.estimation.implicit import flow_slopes, force_slopes, rate_share, solve_force
+from twin.estimation.implicit import (
+    flow_slopes,
+    force_slopes,
+    rate_share,
+    solve_force,
+    until_zero,
+)
 from twin.estimation.products import along, set_slopes
 
 SWEEPS = 20
@@ -72,6 +79,7 @@ def force_derivatives(
     """
     count, n, p = len(laws), len(free), df.shape[1]
     coupled[:] = 0.0
+    begin, shares = np.zeros(len(slopes)), np.zeros(numbers.shape[1])
     for j in range(count):
         d, v = along(ports[j], free, n), along(ports[count + j], free, n)
         for b in range(count):
@@ -87,6 +95,7 @@ def force_derivatives(
         rate = begun[count + j] + a * (v - begun[count + j])
         force_slopes(laws[j], numbers[j], varied[j], 0.5 * (before + d), rate, memory, t, scales[j],
                      slopes)  # fmt: skip
+        shares[:] = 0.0
         for q in range(numbers.shape[1]):
             if varied[j, q] != 0.0:  # the share depends on the numbers, too
                 kept, step = numbers[j, q], WIDER * varied[j, q]
@@ -94,9 +103,10 @@ def force_derivatives(
                 moved = rate_share(laws[j], numbers[j].ctypes.data, before, z[j],
                                    push[count + j, j], t, scales[j, 2])  # fmt: skip
                 numbers[j, q] = kept
-                slopes[3 + q] += slopes[1] * (v - begun[count + j]) * (moved - a) / step
+                shares[q] = (moved - a) / step
+                slopes[3 + q] += slopes[1] * (v - begun[count + j]) * shares[q]
         half_d, half_z, end_v = 0.5 * slopes[0], 0.5 * slopes[2], a * slopes[1]
-        by_start, by_end, by_memory = half_d, half_d, 0.0
+        by_start, by_end, by_memory, without = half_d, half_d, 0.0, 0.0
         if laws[j, 1]:
             by_memory = half_z * (1.0 + by[0])
             by_start += half_z * by[1]
@@ -104,15 +114,30 @@ def force_derivatives(
             for q in range(3, len(slopes)):
                 slopes[q] += half_z * by[q]
         slopes[0], slopes[1], slopes[2] = by_start, slopes[1] - end_v, by_memory
+        ev, f, s = push[count + j, j], c[first + j], begun[count + j]
+        w, f1, e1 = until_zero(laws[j], numbers[j].ctypes.data, before, s, v - ev * f, z[j], ev, t,
+                               a)  # fmt: skip
+        if 0.0 < w < 1.0:  # the force that the part begins with, and until when
+            by_end, end_v = (1.0 - w) * by_end, (1.0 - w) * end_v
+            late = (2.0 * a - 1.0) * (f1 - f) / ((1.0 - w) * (s - e1) ** 2)
+            without = late * s
+            force_slopes(laws[j], numbers[j], varied[j], before, s, z[j], t, scales[j], begin)
+            for q in range(len(slopes)):
+                slopes[q] = (1.0 - w) * slopes[q] + (w + without * ev) * begin[q]
+            slopes[1] -= late * e1
+            for q in range(len(shares)):
+                slopes[3 + q] += 2.0 * shares[q] * s / (s - e1) * (f1 - f) / (1.0 - w)
         set_slopes(df[j], slopes, dbegun[j], dbegun[count + j], dz[j], dnumbers[j])
         for i in range(n):
-            g = by_end * ports[j, i] + end_v * ports[count + j, i]
+            g = by_end * ports[j, i] + (end_v + without) * ports[count + j, i]
             if g != 0.0:
                 for q in range(p):
                     df[j, q] += g * dfree[i, q]
         coupled[j, j] += 1.0
         for b in range(count):
             coupled[j, b] -= by_end * push[j, b] + end_v * push[count + j, b]
+            if b != j:
+                coupled[j, b] -= without * push[count + j, b]
     _eliminate(coupled, df)
 
 

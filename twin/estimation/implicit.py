@@ -8,6 +8,13 @@ force f is that of the middle of the motion,
 with a = 1/2 the implicit midpoint rule, of second order. Where x = -ev law'(0), the slope by the
 rate, is above 2 what dry friction should hold would change the sign of its rate from step to step
 by it; there a goes to 1, the rule by which friction sticks (Moreau 1988; Hairer and Wanner 1996).
+
+A rate that changes its sign meets two forces in a part: f1 = law(b, s, z) until it is zero, at the
+share theta = s / (s - e1) of the part with e1 = v + ev f1, and from there on what the rule says,
+
+    f = w f1 + (1 - w) law(...),  w = (2 a - 1) theta,
+
+or the instant of a jump would be wrong by up to a part, an error of first order.
 """
 
 # mypy: disable-error-code="no-untyped-def"
@@ -60,14 +67,31 @@ def rate_share(law, numbers, d, z, ev, t, scale):
 
 
 @numba.njit(nogil=True, cache=True)
-def middle_force(law, numbers, before, begun, d, v, z, ed, ev, f, t, share):
-    """Return the law's force in the middle of a motion in which it was f."""
+def until_zero(law, numbers, before, begun, v, z, ev, t, share):
+    """Return the weight w of the force with which a part begins, that force, and the rate e1.
+
+    The arguments are those of ``solve_force``, and the share a. The weight is 0 where the rate
+    does not change its sign.
+    """
+    if not share > 0.5:
+        return 0.0, 0.0, v
+    first = call_force(law[0], before, begun, z, t, numbers)
+    end = v + ev * first
+    if not begun * end < 0.0:
+        return 0.0, first, end
+    return (2.0 * share - 1.0) * begun / (begun - end), first, end
+
+
+@numba.njit(nogil=True, cache=True)
+def middle_force(law, numbers, before, begun, d, v, z, ed, ev, f, t, share, w, first):
+    """Return what the law says of the force of a motion in which it was f."""
     after = d + ed * f
     memory = z
     if law[1]:
         memory = 0.5 * (z + call_flow(law[1], z, before, after, numbers))
     rate = begun + share * (v + ev * f - begun)
-    return call_force(law[0], 0.5 * (before + after), rate, memory, t, numbers)
+    then = call_force(law[0], 0.5 * (before + after), rate, memory, t, numbers)
+    return w * first + (1.0 - w) * then
 
 
 @numba.njit(nogil=True, cache=True)
@@ -91,14 +115,14 @@ def solve_force(law, numbers, before, begun, d, v, z, ed, ev, guess, slope, t, s
     """
     scale, f = scales[0], guess
     a = rate_share(law, numbers, before, z, ev, t, scales[2])
-    error = f - middle_force(law, numbers, before, begun, d, v, z, ed, ev, f, t, a)
+    w, first, _ = until_zero(law, numbers, before, begun, v, z, ev, t, a)
+    error = f - middle_force(law, numbers, before, begun, d, v, z, ed, ev, f, t, a, w, first)
     for _ in range(SECANTS):
         if abs(error) <= CLOSE * max(scale, abs(f)):
             return f, slope
         step = -error / slope
-        moved = (
-            f + step - middle_force(law, numbers, before, begun, d, v, z, ed, ev, f + step, t, a)
-        )
+        moved = f + step - middle_force(law, numbers, before, begun, d, v, z, ed, ev, f + step, t,
+                                        a, w, first)  # fmt: skip
         secant = (moved - error) / step
         f, error = f + step, moved
         if not secant > LEAST_SLOPE:
@@ -106,25 +130,28 @@ def solve_force(law, numbers, before, begun, d, v, z, ed, ev, guess, slope, t, s
         slope = secant
     if abs(error) <= CLOSE * max(scale, abs(f)):
         return f, slope
-    return _bracketed(law, numbers, before, begun, d, v, z, ed, ev, t, scale, a), 1.0
+    return _bracketed(law, numbers, before, begun, d, v, z, ed, ev, t, scale, a, w, first), 1.0
 
 
 @numba.njit(nogil=True, cache=True)
-def _bracketed(law, numbers, before, begun, d, v, z, ed, ev, t, scale, share):
+def _bracketed(law, numbers, before, begun, d, v, z, ed, ev, t, scale, share, w, first):
     """Return f by bisection and false position (Illinois, 1971) in turn.
 
-    A law opposes the motion: the force lies between none and that of the motion without it.
+    A law opposes the motion: the force lies between none, behind what it began with, and that of
+    the motion without it.
     """
-    a, b = 0.0, middle_force(law, numbers, before, begun, d, v, z, ed, ev, 0.0, t, share)
-    error_a = -b
-    error_b = b - middle_force(law, numbers, before, begun, d, v, z, ed, ev, b, t, share)
+    a = w * first
+    b = middle_force(law, numbers, before, begun, d, v, z, ed, ev, 0.0, t, share, w, first)
+    error_a = a - middle_force(law, numbers, before, begun, d, v, z, ed, ev, a, t, share, w, first)
+    error_b = b - middle_force(law, numbers, before, begun, d, v, z, ed, ev, b, t, share, w, first)
     f = b
     for k in range(BRACKETED):
         if abs(error_b - error_a) <= 1e-300 or error_a * error_b > 0.0 or k % 2:
             f = 0.5 * (a + b)
         else:
             f = b - error_b * (b - a) / (error_b - error_a)
-        error = f - middle_force(law, numbers, before, begun, d, v, z, ed, ev, f, t, share)
+        error = f - middle_force(law, numbers, before, begun, d, v, z, ed, ev, f, t, share, w,
+                                 first)  # fmt: skip
         if abs(error) <= CLOSE * max(scale, abs(f)) or abs(b - a) <= CLOSE * scale * 1e-3:
             break
         if error * error_b < 0.0:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.estimation.laws import Law
+from twin.estimation.low_pass import LowPass
 from twin.estimation.system import Noise, System
 
 Array = NDArray[np.float64]
@@ -56,6 +57,8 @@ class Assembly:
         trials: the recordings, in whose samples a fault may have been taken back.
         blurs: variances of each recording's outputs beside their noise's, (samples, m), where they
             are known and no law says.
+        low_pass: that the forces of the laws, simulated, pass before they are seen; None where the
+            laws follow the estimated motion, and are seen as they are.
     """
 
     systems: tuple[System, ...]
@@ -68,6 +71,7 @@ class Assembly:
     held: NDArray[np.bool_]
     trials: tuple[Trial, ...]
     blurs: tuple[Array | None, ...] = ()
+    low_pass: LowPass | None = None
 
 
 @dataclass(frozen=True)

@@ -23,9 +23,12 @@ from twin.estimation.sensitivities import (
     gain_matrices,
     no_slopes,
     numbers_of,
+    predicting,
     read_matrix,
+    simulation_matrix,
     step_matrix,
 )
+from twin.estimation.simulated import filtered, simulate
 from twin.estimation.stepping import predict
 from twin.estimation.system import Noise, Sampled, System, transition
 
@@ -108,7 +111,7 @@ def run(
         dx0: derivatives of the first state, (n, p).
         averages: what the laws do on the average of the motion; they blur nothing without.
     """
-    laws, numbers, system = len(assembly.laws), numbers_of(assembly), plant.system
+    laws, numbers = len(assembly.laws), numbers_of(assembly)
     averages = averages or LawAverages()
     n, (samples, m) = len(plant.A), trial.y.shape
     d = slopes or no_slopes(plant, gain, numbers, 0 if dx0 is None else dx0.shape[1])
@@ -116,17 +119,56 @@ def run(
     e, de = np.empty((samples, m)), np.empty((samples, m, p))
     x, z, f = np.empty((samples, n)), np.empty((samples, laws)), np.empty((samples, laws))
     c = np.ascontiguousarray
+    first = np.zeros(n) if x0 is None else c(x0, dtype=float)
+    dfirst = np.zeros((n, p)) if dx0 is None else c(dx0[:, d.order])
+    memories = np.zeros(laws) if z0 is None else c(z0, dtype=float)
+    ramps = (~assembly.held).astype(float)
+    own, u, between, du = predicting(plant), trial.u, trial.between, np.zeros((0, 0, 0))
+    codes, dnumbers = addresses(assembly.laws), d.numbers
+    if plant.driven is not None:
+        told = p if dx0 is not None else d.numbers.shape[2]
+        more, du = _simulated(
+            codes, numbers, plant, trial, first, memories, begin_s, ramps, assembly.scales,
+            d.simulated, d.numbers, dfirst[:, :told], z,
+        )  # fmt: skip
+        f[:], none = more[:, :laws], 0 * more[:, laws:]
+        u, between = np.hstack([u, more[:, :laws], none]), np.hstack([between, more])
+        ramps = np.concatenate([ramps, np.zeros(more.shape[1])])
+        codes, numbers, dnumbers = codes[:0], numbers[:0], dnumbers[:0]
+        memories, z_out, f_out = memories[:0], z[:, :0].copy(), f[:, :0].copy()
+    else:
+        z_out, f_out = z, f
     predict(
-        addresses(assembly.laws), step_matrix(plant), read_matrix(plant),
-        np.vstack([system.drift, system.rate]), numbers,
-        gain_matrices(gain), _trust(gain, averages.blur), c(trial.u), c(trial.between), c(trial.y),
-        np.zeros(n) if x0 is None else c(x0, dtype=float),
-        np.zeros(laws) if z0 is None else c(z0, dtype=float),
-        begin_s, plant.steps, trial.step_s, (~assembly.held).astype(float), c(assembly.scales),
-        d.step, d.read, d.gain, d.numbers,
-        np.zeros((n, p)) if dx0 is None else c(dx0[:, d.order]), d.order, e, de, x, z, f,
+        codes, step_matrix(own), read_matrix(own),
+        np.vstack([own.system.drift, own.system.rate]), numbers,
+        gain_matrices(gain), _trust(gain, averages.blur), c(u), c(between), du, c(trial.y),
+        first, memories, begin_s, own.steps, trial.step_s, ramps, c(assembly.scales),
+        d.step, d.read, d.gain, dnumbers, dfirst, d.order, e, de, x, z_out, f_out,
     )  # fmt: skip
     return Run(e, de, x, z, f, gain, plant, averages)
+
+
+def _simulated(
+    codes: NDArray[np.int64], numbers: Array, plant: Sampled, trial: Trial, x0: Array, z0: Array,
+    begin_s: float, ramps: Array, scales: Array, dstep: Array, dnumbers: Array, dx0: Array,
+    z: Array,
+) -> tuple[Array, Array]:  # fmt: skip
+    """Return the filtered forces of the simulated laws as inputs, (samples, 3 l), and derivatives.
+
+    The memories before each sample are filled in.
+    """
+    assert plant.driven is not None
+    samples, laws, p = len(trial.y), len(numbers), dx0.shape[1]
+    weights, c = plant.driven.weights, np.ascontiguousarray
+    parts = samples * plant.steps + weights.shape[1]
+    f, df = np.empty((parts, laws)), np.empty((parts, laws, p))
+    ports = np.vstack([plant.system.drift, plant.system.rate])
+    simulate(codes, simulation_matrix(plant), ports, numbers, c(trial.between), x0, z0, begin_s,
+             plant.steps, trial.step_s, ramps, c(scales), dstep, dnumbers, c(dx0), f, df,
+             z)  # fmt: skip
+    out, dout = np.empty((samples, 3 * laws)), np.empty((samples, 3 * laws, p))
+    filtered(f, df, weights, plant.steps, out, dout)
+    return out, dout if p else np.zeros((0, 0, 0))
 
 
 def _trust(gain: Gains, blur: Array | None) -> Array:
@@ -151,6 +193,8 @@ def averages_at(model: Model, here: Assembly, plants: Sequence[Sampled], index: 
     if not here.laws:
         return LawAverages(blur=here.blurs[index] if here.blurs else None)
     plant, trial = plants[here.which[index]], here.trials[index]
+    if plant.driven is not None:
+        return LawAverages(blur=_ringing(model, here, plant.system, trial))
     passed = run(here, trial, plant, gains(plant, here.noises[index], missing=trial.missing))
     system = plant.system
     if not (np.all(np.isfinite(passed.f)) and np.all(np.isfinite(passed.x))):
@@ -174,6 +218,21 @@ def averages_at(model: Model, here: Assembly, plants: Sequence[Sampled], index: 
         unknown = unknown_forces(here, passed, here.noises[index], equivalent, tangent)
         blur = blur + unknown**2 @ (system.F**2).T
     return LawAverages(equivalent, blur, slopes)
+
+
+def _ringing(model: Model, here: Assembly, system: System, trial: Trial) -> Array:
+    """Return variances of outputs, (samples, m), because a filtered input rings about its jumps.
+
+    A law that holds follows the ringing with its force, as far as it can; the force that was
+    filtered did not ring.
+    """
+    size = np.zeros(len(here.laws))
+    for j, law in enumerate(here.laws):
+        _, d, v = here.scales[j]
+        size[j] = abs(float(law.force(d, v, 0.0, 0.0, *here.numbers[j, : law.count])))
+    held = np.einsum("ln,nr->lr", system.rate, system.B)
+    held /= np.einsum("ln,nl->l", system.rate, system.E)[:, None]
+    return np.minimum(model.blur(trial.u @ held.T, system), size**2 @ (system.F**2).T)
 
 
 def unknown_forces(

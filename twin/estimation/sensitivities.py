@@ -34,6 +34,7 @@ class Slopes:
 
     Attributes:
         step, read, gain, numbers: as the stepping loop takes them, in its order.
+        simulated: of the steps of the laws' simulation, where there is one.
         innovation: of the innovations' covariances, (t, m, m, p), in the order of ``columns``.
         columns: the unknowns that change this trial, as they are counted in the model.
         order: the place in ``columns`` of each of the stepping loop's columns, (p,).
@@ -45,6 +46,7 @@ class Slopes:
     read: Array
     gain: Array
     numbers: Array
+    simulated: Array
     innovation: Array
     columns: list[int]
     order: NDArray[np.int64]
@@ -54,12 +56,23 @@ class Slopes:
 def plants_of(assembly: Assembly, model: Model) -> list[Sampled]:
     """Return the sampled systems of an assembly."""
     step_s = model.trials[0].step_s
-    return [sampled(s, step_s, assembly.steps, assembly.held) for s in assembly.systems]
+    low_pass = assembly.low_pass if assembly.laws else None
+    return [sampled(s, step_s, assembly.steps, assembly.held, low_pass) for s in assembly.systems]
 
 
 def step_matrix(plant: Sampled) -> Array:
     """Return x+ over a part of a sample, by (x, n, u, u+, f), (n, n + w + 2 r + l)."""
     return np.hstack([plant.A, plant.W, plant.B0, plant.B1, plant.E])
+
+
+def simulation_matrix(plant: Sampled) -> Array:
+    """Return x+ of a simulation over a part of a sample, by (x, u, u+, f), (n, n + 2 r + l)."""
+    return np.hstack([plant.A, plant.B0, plant.B1, plant.E])
+
+
+def predicting(plant: Sampled) -> Sampled:
+    """Return the system that the predictor steps: that without laws where they are simulated."""
+    return plant if plant.driven is None else plant.driven.plant
 
 
 def read_matrix(plant: Sampled) -> Array:
@@ -133,7 +146,9 @@ def _of_trial(
 ) -> Slopes:
     plant = plants[here.which[trial]]
     base = gains(plant, here.noises[trial], equivalent=equivalent)
-    step, read, gain = step_matrix(plant), read_matrix(plant), gain_matrices(base)
+    own = predicting(plant)
+    step, read, gain = step_matrix(own), read_matrix(own), gain_matrices(base)
+    simulation = simulation_matrix(plant)
     columns = [i for i, u in enumerate(unknowns) if u.trial is None or u.trial == trial]
     order = sorted(range(len(columns)), key=lambda i: ORDER.index(unknowns[columns[i]].role))
     p = len(columns)
@@ -142,6 +157,7 @@ def _of_trial(
     taken_back = {}
     dstep = np.zeros((*step.shape, systems))
     dread = np.zeros((*read.shape, systems))
+    dsimulation = np.zeros((*simulation.shape, systems))
     numbers = numbers_of(here)
     dnumbers = np.zeros((*numbers.shape, laws))
     dgain, dS = np.zeros((*gain.shape, p)), np.zeros((*base.innovation.shape, p))
@@ -150,8 +166,9 @@ def _of_trial(
         assembly, others = moved[columns[place]]
         other = others[assembly.which[trial]]
         if at < systems:
-            dstep[:, :, at] = (step_matrix(other) - step) / STEP
-            dread[:, :, at] = (read_matrix(other) - read) / STEP
+            dstep[:, :, at] = (step_matrix(predicting(other)) - step) / STEP
+            dread[:, :, at] = (read_matrix(predicting(other)) - read) / STEP
+            dsimulation[:, :, at] = (simulation_matrix(other) - simulation) / STEP
         if at < laws:
             dnumbers[:, :, at] = (numbers_of(assembly) - numbers) / STEP
         if unknowns[columns[place]].role == "samples":
@@ -165,14 +182,16 @@ def _of_trial(
         gains_near, covariances = neighbouring_gains(near, len(gain) - 1, equivalent)
         dgain[..., changed] = (gains_near[..., :-1] - gains_near[..., -1:]) / STEP
         dS[..., np.array(order)[changed]] = (covariances[..., :-1] - covariances[..., -1:]) / STEP
-    return Slopes(dstep, dread, dgain, dnumbers, dS, columns, np.array(order, np.int64),
-                  taken_back)  # fmt: skip
+    return Slopes(dstep, dread, dgain, dnumbers, dsimulation, dS, columns,
+                  np.array(order, np.int64), taken_back)  # fmt: skip
 
 
 def no_slopes(plant: Sampled, gain: Gains, numbers: Array, p: int = 0) -> Slopes:
     """Return derivatives with respect to nothing but the first state, which p unknowns change."""
+    own = predicting(plant)
     return Slopes(
-        np.zeros((*step_matrix(plant).shape, 0)), np.zeros((*read_matrix(plant).shape, 0)),
+        np.zeros((*step_matrix(own).shape, 0)), np.zeros((*read_matrix(own).shape, 0)),
         np.zeros((*gain_matrices(gain).shape, p)), np.zeros((*numbers.shape, 0)),
+        np.zeros((*simulation_matrix(plant).shape, 0)),
         np.zeros((*gain.innovation.shape, p)), [], np.arange(p), {},
     )  # fmt: skip

@@ -30,8 +30,9 @@ FAR = 1e9
 
 @numba.njit(nogil=True, cache=True)
 def predict(
-    laws, step, read, ports, numbers, gain, trust, u, between, y, x0, z0, begin_s, steps, step_s,
-    ramps, scales, dstep, dread, dgain, dnumbers, dx0, order, e_out, de_out, x_out, z_out, f_out,
+    laws, step, read, ports, numbers, gain, trust, u, between, du, y, x0, z0, begin_s, steps,
+    step_s, ramps, scales, dstep, dread, dgain, dnumbers, dx0, order, e_out, de_out, x_out, z_out,
+    f_out,
 ):  # fmt: skip
     """Fill innovations and their derivatives, and the states before each sample.
 
@@ -46,6 +47,7 @@ def predict(
         gain: of state and held disturbances, (t, n + w, m); the last one for all later samples.
         trust: what multiplies the innovations before they correct, (samples, m, m), or empty.
         u, between: inputs as the outputs see them, and as they drive the states, (samples, r).
+        du: derivatives of the last inputs, (samples, inputs that have some, .): they are held.
         y: measured outputs, (samples, m); NaN where there is none.
         x0, z0: state (n,) and memories (l,) before the first sample.
         begin_s, steps, step_s: time of the first sample, parts of a sample, sampling interval.
@@ -86,7 +88,7 @@ def predict(
             seen[i] = x_out[k, i] = c[i]
         for i in range(r):
             seen[n + i] = u[k, i]
-        _at_ports(ports, c, n, begun)
+        ports_at(ports, c, n, begun)
         for j in range(count):
             d, v = begun[j], begun[count + j]
             seen[n + r + j] = call_force(laws[j, 0], d, v, z[j], t, numbers[j].ctypes.data)
@@ -95,7 +97,7 @@ def predict(
             e[o] = 0.0 if np.isnan(y[k, o]) else y[k, o] - along(read[o], seen, len(seen))
             e_out[k, o] = e[o]
         if p:
-            _derivatives_at_ports(ports, X, n, dbegun)
+            derivatives_at_ports(ports, X, n, dbegun)
             for j in range(count):
                 d, v = begun[j], begun[count + j]
                 force_slopes(laws[j], numbers[j], varied[j], d, v, z[j], t, scales[j], slopes)
@@ -103,6 +105,8 @@ def predict(
             Y[:] = 0.0
             add_product(Y, read, 0, X, n)
             add_product(Y, read, n + r, df, count)
+            if len(du):
+                add_product(Y, read, n + r - du.shape[1], du[k], du.shape[1])
             add_contracted(Y, dread, seen)
             for o in range(m):
                 sign = 0.0 if np.isnan(y[k, o]) else -1.0
@@ -123,12 +127,12 @@ def predict(
             X[n:] = 0.0
             add_product(X, here, 0, Y, m)
             add_contracted(X, dgain[min(k, len(dgain) - 1)], e)
-            _derivatives_at_ports(ports, X, n, dended)
+            derivatives_at_ports(ports, X, n, dended)
             for j in range(count):
                 if laws[j, 1]:
                     flow_slopes(laws[j], numbers[j], varied[j], z[j], begun[j],
                                 along(ports[j], c, n), scales[j], memory_slopes[j])  # fmt: skip
-        _remember(laws, numbers, ports, c, z, begun, dbegun, dended, dz, dnumbers, memory_slopes)
+        remember(laws, numbers, ports, c, z, begun, dbegun, dended, dz, dnumbers, memory_slopes)
         if k == samples - 1:
             break
         # to the next sample
@@ -148,6 +152,8 @@ def predict(
                 dfree[:] = 0.0
                 add_product(dfree, step, 0, X, first_u)
                 add_contracted(dfree, dstep, c)
+                if len(du):
+                    add_product(dfree, step, first_u + r - du.shape[1], du[k], du.shape[1])
                 if count:
                     for j in range(2 * count):
                         for a in range(p):
@@ -156,7 +162,7 @@ def predict(
                                       scales, c, first_f, dbegun, dfree, dz, dnumbers, df,
                                       memory_slopes, slopes, coupled)  # fmt: skip
                     add_product(dfree, step, first_f, df, count)
-                    _derivatives_at_ports(ports, dfree, n, dended)
+                    derivatives_at_ports(ports, dfree, n, dended)
                 for i in range(n):
                     for a in range(p):
                         X[i, a] = dfree[i, a]
@@ -164,24 +170,26 @@ def predict(
                 for j in range(count):
                     free[i] += step[i, first_f + j] * c[first_f + j]
                 c[i] = min(max(free[i], -FAR), FAR)
-            _remember(laws, numbers, ports, c, z, begun, dbegun, dended, dz, dnumbers,
+            remember(laws, numbers, ports, c, z, begun, dbegun, dended, dz, dnumbers,
                       memory_slopes)  # fmt: skip
 
 
 @numba.njit(nogil=True, cache=True, forceinline=True)
-def _at_ports(ports, c, n, out):
+def ports_at(ports, c, n, out):
+    """Fill displacements, then rates, at the ports, (2 l,), of a state c[:n]."""
     for j in range(len(out)):
         out[j] = along(ports[j], c, n)
 
 
 @numba.njit(nogil=True, cache=True, forceinline=True)
-def _derivatives_at_ports(ports, X, n, out):
+def derivatives_at_ports(ports, X, n, out):
+    """Fill their derivatives, (2 l, p), by those of the state, (n, p)."""
     out[:] = 0.0
     add_product(out, ports, 0, X, n)
 
 
 @numba.njit(nogil=True, cache=True, forceinline=True)
-def _remember(laws, numbers, ports, c, z, begun, dbegun, dended, dz, dnumbers, memory_slopes):
+def remember(laws, numbers, ports, c, z, begun, dbegun, dended, dz, dnumbers, memory_slopes):
     """Move memories z and their derivatives to where the ports are now, and ``begun`` with them."""
     count, n, p = len(laws), ports.shape[1], dz.shape[1]
     for j in range(count):

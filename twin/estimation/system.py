@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
+
+from twin.estimation.low_pass import LowPass, weights
 
 Array = NDArray[np.float64]
 
@@ -66,6 +68,7 @@ class Sampled:
         steps: parts of a sample.
         step_s: length of a part [s].
         system: the continuous system, for its outputs.
+        driven: where the laws are simulated and filtered.
     """
 
     A: Array
@@ -79,6 +82,21 @@ class Sampled:
     steps: int
     step_s: float
     system: System
+    driven: Driven | None = None
+
+
+@dataclass(frozen=True)
+class Driven:
+    """A system whose laws' forces are inputs: they come from a simulation and pass a filter.
+
+    Attributes:
+        plant: with 3 l further inputs: the filtered forces at a sample, which the outputs see, and
+            the means and slopes until the next one, which drive the states; it has no laws.
+        weights: of the forces of the parts around a sample for these inputs, (3, taps).
+    """
+
+    plant: Sampled
+    weights: Array
 
 
 def transition(A: Array, B: Array, h: float, ramps: int) -> tuple[Array, Array, Array]:
@@ -101,7 +119,10 @@ def transition(A: Array, B: Array, h: float, ramps: int) -> tuple[Array, Array, 
     return power[:n, :n], power[:n, n : n + k], power[:n, n + k :]
 
 
-def sampled(system: System, step_s: float, steps: int, held: NDArray[np.bool_]) -> Sampled:
+def sampled(
+    system: System, step_s: float, steps: int, held: NDArray[np.bool_],
+    low_pass: LowPass | None = None,
+) -> Sampled:  # fmt: skip
     """Discretise exactly by the matrix exponential (Van Loan 1978).
 
     Args:
@@ -109,6 +130,7 @@ def sampled(system: System, step_s: float, steps: int, held: NDArray[np.bool_]) 
         step_s: sampling interval [s].
         steps: parts into which a sample is divided for the laws.
         held: inputs that are held from sample to sample instead of linear in between, (r,).
+        low_pass: that the forces of the laws pass before they are seen, if any.
     """
     r, forces = system.B.shape[1], system.E.shape[1]
     entries = np.hstack([system.B, system.E, system.W])
@@ -119,10 +141,35 @@ def sampled(system: System, step_s: float, steps: int, held: NDArray[np.bool_]) 
     whole, entry = A, W
     for _ in range(steps - 1):
         whole, entry = A @ whole, A @ entry + W
-    return Sampled(
+    plant = Sampled(
         A, B0, B1, first[:, r : r + forces], W, whole, entry,
         _noise_integral(system.A, system.G, step_s), steps, step_s / steps, system,
     )  # fmt: skip
+    return plant if low_pass is None else replace(plant, driven=_driven(plant, held, low_pass))
+
+
+def _driven(plant: Sampled, held: NDArray[np.bool_], low_pass: LowPass) -> Driven:
+    """Return a sampled system with the filtered forces of its laws as inputs."""
+    system = plant.system
+    (n, r), forces, m = system.B.shape, system.E.shape[1], len(system.C)
+    step_s = plant.steps * plant.step_s
+    entries = np.hstack([system.B, system.E])
+    _, first, second = transition(system.A, entries, step_s, r + forces)
+    B0 = np.where(held, first[:, :r], first[:, :r] - second[:, :r])
+    B1 = np.where(held, 0.0, second[:, :r])
+    mean, none = first[:, r:], np.zeros((n, forces))
+    slope = second[:, r:] - mean / 2
+    without = replace(
+        system,
+        D=np.hstack([system.D, system.F, np.zeros((m, 2 * forces))]),
+        E=np.zeros((n, 0)), F=np.zeros((m, 0)), drift=np.zeros((0, n)), rate=np.zeros((0, n)),
+    )  # fmt: skip
+    linear = replace(
+        plant, A=plant.whole, B0=np.hstack([B0, none, mean, slope]),
+        B1=np.hstack([B1, none, none, none]), E=np.zeros((n, 0)), W=plant.entry, steps=1,
+        step_s=step_s, system=without,
+    )  # fmt: skip
+    return Driven(linear, weights(low_pass, plant.steps))
 
 
 def _noise_integral(A: Array, G: Array, step_s: float) -> Array:

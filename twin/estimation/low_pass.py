@@ -1,0 +1,83 @@
+"""What an analyser's low-pass makes of forces that are known as means over parts of a sample."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import butter, freqs
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+REACH = 8
+"""Samples to either side that the filter reaches: with Kaiser's window of 63 dB its transition is
+0.48 of half the sampling rate wide, as analysers have that are flat up to the rate over 2.56."""
+
+SHAPE = 6.0
+"""Of Kaiser's window: the filter stops 63 dB."""
+
+LINES = 512
+"""Frequencies, up to the sampling rate, that the weights are computed from: a kernel repeats after
+twice as many samples, far beyond its reach."""
+
+POINTS = 8
+"""Of the quadrature over a sample: exact to rounding for what is limited to its band."""
+
+
+@dataclass(frozen=True)
+class LowPass:
+    """A low-pass, its delay at low frequencies taken out.
+
+    Attributes:
+        cut_off: where half of the amplitude is left, or half the power of Butterworth's, as a share
+            of half the sampling rate.
+        order: of Butterworth's filter; 0 for one of linear phase.
+    """
+
+    cut_off: float
+    order: int = 0
+
+    def response(self, f: Array) -> Complex:
+        """Return the response at frequencies f [cycles a sample]."""
+        if self.order:
+            b, a = butter(self.order, np.pi * self.cut_off, analog=True)
+            delay = a[-2] / a[-1]  # of b0 / (... + a1 s + a0) at s = 0 [samples]
+            _, found = freqs(b, a, 2 * np.pi * f)
+            return np.asarray(found * np.exp(2j * np.pi * f * delay))
+        t = np.linspace(-REACH, REACH, 32 * REACH + 1)
+        kernel = self.cut_off * np.sinc(self.cut_off * t) * np.kaiser(len(t), SHAPE)
+        return np.asarray(np.cos(2 * np.pi * np.outer(f, t)) @ (kernel / np.sum(kernel)), complex)
+
+
+@cache
+def weights(low_pass: LowPass, parts: int) -> Array:
+    """Return the weights of the forces' means over parts of the samples around a sample.
+
+    Args:
+        low_pass: the filter.
+        parts: of a sample.
+
+    Returns:
+        Of the filtered force at the sample, of its mean until the next one and of the slope there
+        (times the interval), (3, (2 REACH + 1) parts): from REACH samples before to REACH samples
+        after the next one.
+    """
+    f = (np.arange(LINES) + 0.5) / LINES
+    # a mean over a part has lost sinc(f / parts) already
+    response = low_pass.response(f) / np.sinc(f / parts) * 2 / LINES / parts
+    t = (np.arange((2 * REACH + 1) * parts) + 0.5) / parts - REACH
+
+    def kernel(after: Array) -> Array:
+        return np.asarray((np.exp(2j * np.pi * np.outer(after, f)) @ response).real)
+
+    inside, shares = np.polynomial.legendre.leggauss(POINTS)
+    mean, slope = np.zeros(len(t)), np.zeros(len(t))
+    for x, share in zip(inside / 2, shares / 2, strict=True):
+        part = share * kernel(0.5 + x - t)
+        mean += part
+        slope += 12 * x * part
+    shown = kernel(-t)
+    return np.array([shown / np.sum(shown), mean / np.sum(mean), slope])

@@ -1,0 +1,136 @@
+"""Forces of laws along a simulation, seen through an analyser's filter, and their sensitivities.
+
+An analyser's low-pass h shows a linear structure as it is, for it filters inputs and outputs
+alike: h*y = G (h*u). A law's force, which nobody measures, it shows filtered as well:
+h*y = G (h*u + h*f). Where a law jumps that is far from f itself. The filter reaches to both sides,
+so it needs forces of instants that the outputs have not told of yet: those of a simulation,
+
+    x+ = step (x, u, u+, f),    f = law(x),    over a part of a sample,
+
+and the predictor takes h*f as an input beside the measured ones. Predictions so made are as honest
+as any (Dawid 1984): nothing of them knows the outputs that they are compared with.
+"""
+
+# mypy: disable-error-code="no-untyped-def"
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from twin.estimation.coupled import force_derivatives, solve_forces
+from twin.estimation.implicit import number_steps
+from twin.estimation.products import add_contracted, add_product, add_row, along
+from twin.estimation.stepping import FAR, derivatives_at_ports, ports_at, remember
+
+
+@numba.njit(nogil=True, cache=True)
+def simulate(
+    laws, step, ports, numbers, between, x0, z0, begin_s, steps, step_s, ramps, scales, dstep,
+    dnumbers, dx0, f_out, df_out, z_out,
+):  # fmt: skip
+    """Fill the forces of the laws, and their derivatives, over the parts of the samples.
+
+    Shapes: n states, r inputs, l laws, p unknowns.
+
+    In the order of the arguments:
+        laws: addresses of forces and flows, (l, 2).
+        step: over one part of a sample, by (x, u, u+, f), (n, n + 2 r + l).
+        ports: displacements, then rates, at the laws' ports, (2 l, n).
+        numbers: of the laws, (l, most).
+        between: inputs as they drive the states, (samples, r); the last ones stay.
+        x0, z0: state (n,) and memories (l,) before the first sample.
+        begin_s, steps, step_s: time of the first sample, parts of a sample, sampling interval.
+        ramps: 1 for inputs that are linear between samples, 0 for held ones, (r,).
+        scales: of force, displacement and rate at each port, (l, 3).
+        dstep, dnumbers: derivatives with respect to the first of the unknowns, in the last axis.
+        dx0: of the first state, (n, p).
+        f_out, df_out: filled, (parts, l), (parts, l, p).
+        z_out: memories before each sample, filled, (samples, l).
+    """
+    samples, r = between.shape
+    n, p, count = len(x0), dx0.shape[1], len(laws)
+    first_f = n + 2 * r
+    c, free = np.zeros(step.shape[1]), np.zeros(n)
+    X, dfree = dx0.copy(), np.zeros((n, p))
+    z, dz, df = z0.copy(), np.zeros((count, p)), np.zeros((count, p))
+    begun, dbegun, dended = np.zeros(2 * count), np.zeros((2 * count, p)), np.zeros((2 * count, p))
+    solved = np.ones(count)
+    slopes, coupled = np.zeros(3 + numbers.shape[1]), np.zeros((count, count))
+    memory_slopes = np.zeros((count, 3 + numbers.shape[1]))
+    push = ports @ np.ascontiguousarray(step[:, first_f:])
+    varied = number_steps(dnumbers)
+    c[:n] = x0
+    ports_at(ports, c, n, begun)
+    derivatives_at_ports(ports, X, n, dended)
+    for place in range(len(f_out)):
+        k, part = place // steps, place % steps
+        if part == 0 and k < samples:
+            z_out[k] = z
+        here, there = min(k, samples - 1), min(k + 1, samples - 1)
+        for i in range(r):
+            low = between[here, i]
+            rise = ramps[i] * (between[there, i] - low)
+            c[n + i] = low + part / steps * rise
+            c[n + r + i] = low + (part + 1) / steps * rise
+        for i in range(n):
+            free[i] = along(step[i], c, first_f)
+        t = begin_s + (k + (part + 0.5) / steps) * step_s
+        solve_forces(laws, numbers, ports, push, begun, free, z, solved, t, scales, c, first_f)
+        if p:
+            dfree[:] = 0.0
+            add_product(dfree, step, 0, X, n)
+            add_contracted(dfree, dstep, c)
+            dbegun[:] = dended
+            force_derivatives(laws, numbers, varied, ports, push, begun, free, z, t, scales, c,
+                              first_f, dbegun, dfree, dz, dnumbers, df, memory_slopes, slopes,
+                              coupled)  # fmt: skip
+            add_product(dfree, step, first_f, df, count)
+            derivatives_at_ports(ports, dfree, n, dended)
+            X[:] = dfree
+            df_out[place] = df
+        for j in range(count):
+            f_out[place, j] = c[first_f + j]
+        for i in range(n):
+            for j in range(count):
+                free[i] += step[i, first_f + j] * c[first_f + j]
+            c[i] = min(max(free[i], -FAR), FAR)
+        remember(laws, numbers, ports, c, z, begun, dbegun, dended, dz, dnumbers, memory_slopes)
+
+
+@numba.njit(nogil=True, cache=True)
+def filtered(f, df, weights, steps, out, dout):
+    """Fill the weighed sums of forces around each sample, and of their derivatives.
+
+    Before the first sample the forces are those at the end of the first one.
+
+    Args:
+        f: over the parts, (parts, l).
+        df: their derivatives, (parts, l, p).
+        weights: of the parts around a sample, as many before it as after the next, (w, taps).
+        steps: parts of a sample.
+        out: filled, (samples, w l).
+        dout: filled, (samples, w l, p).
+    """
+    count, p, taps = f.shape[1], df.shape[2], weights.shape[1]
+    ahead = (taps // steps // 2) * steps
+    for k in range(len(out)):
+        for w in range(len(weights)):
+            for j in range(count):
+                total = 0.0
+                row = w * count + j
+                for a in range(p):
+                    dout[k, row, a] = 0.0
+                known = min(max(ahead - k * steps, 0), taps)
+                before = 0.0
+                for s in range(known):
+                    before += weights[w, s]
+                first = k * steps - ahead + known
+                total = before * f[steps - 1, j]
+                for s in range(taps - known):
+                    total += weights[w, known + s] * f[first + s, j]
+                out[k, row] = total
+                if p:
+                    for a in range(p):
+                        dout[k, row, a] = before * df[steps - 1, j, a]
+                    add_row(dout[k, row], weights[w], known, df[first:, j], taps - known)
