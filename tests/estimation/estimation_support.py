@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from twin.estimation.laws import Law
+from twin.estimation.low_pass import LowPass
 from twin.estimation.model import Assembly, Trial, Unknown
 from twin.estimation.system import Noise, System
 
@@ -84,6 +85,7 @@ class TwoMasses:
     steps: int = 2
     latent: bool = False
     loose: float = 0.1
+    low_pass: LowPass | None = None
 
     @property
     def unknowns(self) -> tuple[Unknown, ...]:
@@ -116,7 +118,8 @@ class TwoMasses:
         )
         scales = np.tile([5.0, 0.01, 0.2], (len(self.laws), 1))
         return Assembly((system,), (0,) * len(self.trials), noises, self.laws, numbers, scales,
-                        self.steps, np.zeros(1, bool), self.trials)  # fmt: skip
+                        self.steps, np.zeros(1, bool), self.trials,
+                        low_pass=self.low_pass)  # fmt: skip
 
     blurred = False
 

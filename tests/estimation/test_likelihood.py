@@ -11,6 +11,7 @@ from estimation_support import (
 from scipy.stats import multivariate_normal
 
 from twin.estimation.likelihood import evaluate
+from twin.estimation.low_pass import LowPass
 from twin.estimation.model import Trial
 
 
@@ -78,12 +79,13 @@ CASES = {
 
 @pytest.mark.parametrize("name", CASES)
 @pytest.mark.parametrize("latent", [False, True])
-def test_sensitivities_are_those_of_finite_differences(name, latent):
+@pytest.mark.parametrize("low_pass", [None, LowPass(0.9)], ids=["followed", "simulated"])
+def test_sensitivities_are_those_of_finite_differences(name, latent, low_pass):
     laws, ports = CASES[name]
     if latent and not ports:
         ports = ((1.0, 0.0),)
     trial = shaken(300, 5, laws, ports if laws else ())
-    model = TwoMasses((trial,), laws, ports, latent=latent)
+    model = TwoMasses((trial,), laws, ports, latent=latent, low_pass=low_pass)
     z = 0.2 * np.random.default_rng(6).normal(size=len(model.unknowns))
     here = evaluate(model, z)
     settled = len(here.runs[0].gains.state) - 1

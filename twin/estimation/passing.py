@@ -194,7 +194,9 @@ def averages_at(model: Model, here: Assembly, plants: Sequence[Sampled], index: 
         return LawAverages(blur=here.blurs[index] if here.blurs else None)
     plant, trial = plants[here.which[index]], here.trials[index]
     if plant.driven is not None:
-        return LawAverages(blur=_ringing(model, here, plant.system, trial))
+        return LawAverages(
+            blur=_ringing(model, here, plant.system, trial) if model.blurred else None
+        )
     passed = run(here, trial, plant, gains(plant, here.noises[index], missing=trial.missing))
     system = plant.system
     if not (np.all(np.isfinite(passed.f)) and np.all(np.isfinite(passed.x))):

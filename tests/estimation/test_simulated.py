@@ -1,0 +1,106 @@
+"""Laws that are simulated and filtered, beside an integration in fine steps and scipy's filter."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from estimation_support import FRICTION, RATE_HZ, TwoMasses, two_masses
+from scipy.signal import resample_poly
+
+from twin.estimation.fit import fit
+from twin.estimation.likelihood import passes
+from twin.estimation.low_pass import LowPass
+from twin.estimation.model import Trial
+from twin.estimation.system import transition
+
+FINE, SAMPLES, NOISE = 64, 1024, 2e-3
+FORCE, WIDTH = 0.6, 1e-5
+PORTS = ((-1.0, 1.0),)
+
+
+@cache
+def recorded():
+    """Two masses with dry friction between them, shaken; force and response through one filter."""
+    rng = np.random.default_rng(11)
+    system, h = two_masses(ports=PORTS, process=False), 1 / (RATE_HZ * FINE)
+    spectrum = np.fft.rfft(rng.standard_normal(SAMPLES * FINE))
+    spectrum[np.fft.rfftfreq(SAMPLES * FINE, h) > 8.0] = 0.0
+    u = np.fft.irfft(spectrum)
+    u *= 4.0 / u.std()
+    x, y = np.zeros(4), np.zeros((len(u), 2))
+    step, push, _ = transition(system.A, np.column_stack([system.B, system.E]), h, 0)
+    still = system.rate[0] @ push[:, 1]
+    for k in range(len(u)):
+        free = step @ x + push[:, 0] * u[k]
+        # dry friction in one implicit step: it stops the motion or opposes it in full
+        f = np.clip(-(system.rate[0] @ free) / still, -FORCE, FORCE)
+        y[k] = system.C @ x + system.D[:, 0] * u[k] + system.F[:, 0] * f
+        x = free + push[:, 1] * f
+    seen = resample_poly(np.column_stack([u, y]), 1, FINE, axis=0, window=("kaiser", 6.0))
+    seen[:, 1:] += NOISE * rng.standard_normal((SAMPLES, 2))
+    # straight lines between the samples lose sinc^2 of what is put back here
+    lines = np.fft.rfft(seen[:, 0]) / np.sinc(np.fft.rfftfreq(SAMPLES)) ** 2
+    return Trial(seen[:, :1], np.fft.irfft(lines)[:, None], seen[:, 1:], 1 / RATE_HZ)
+
+
+def model(low_pass, steps=4):
+    return TwoMasses((recorded(),), (FRICTION,), PORTS, steps=steps, low_pass=low_pass)
+
+
+def truth(of, width=WIDTH):
+    """The values of the unknowns that the recording was made with."""
+    true = {"stiffness": 400.0, "law 0 number 0": FORCE, "law 0 number 1": width,
+            "output noise 0": 2 * NOISE, "input noise 0": 2e-3}  # fmt: skip
+    return np.array([(np.log(true[u.name]) - u.mean) / u.deviation for u in of.unknowns])
+
+
+def left(low_pass, steps=4):
+    """RMS of the innovations, one for each output, behind the start."""
+    of = model(low_pass, steps)
+    (run,) = passes(of, truth(of))
+    return np.sqrt(np.mean(run.e[50:-20] ** 2, axis=0))
+
+
+def test_through_the_filter_friction_leaves_a_fraction_of_what_it_leaves_as_it_is():
+    assert np.all(left(LowPass(1.0)) < 0.2 * left(None))
+
+
+def test_four_parts_of_a_sample_leave_what_sixteen_leave():
+    np.testing.assert_allclose(left(LowPass(1.0), 4), left(LowPass(1.0), 16), rtol=0.15)
+
+
+@pytest.mark.parametrize("first", [0.3, 1.2])
+def test_the_force_of_friction_is_found_from_half_of_it_and_from_twice_as_much(first):
+    of = model(LowPass(1.0))
+    start = truth(of, 1e-3)
+    start[1] = (np.log(first) - of.unknowns[1].mean) / of.unknowns[1].deviation
+    start[3:] = 0.0
+    found = fit(of, start, 40)
+    assert found.values["law 0 number 0"] == pytest.approx(FORCE, rel=0.01)
+    assert found.values["stiffness"] == pytest.approx(400.0, rel=0.002)
+
+
+class Ringing(TwoMasses):
+    """The two masses behind an analyser that loses a tenth of what the forces are."""
+
+    blurred = True
+
+    def blur(self, forces, system):
+        return (0.1 * forces) ** 2 @ (system.F**2).T
+
+
+def test_where_an_input_rings_outputs_are_uncertain_by_no_more_than_friction_can_hold():
+    u = np.zeros((200, 1))
+    u[60:140, 0] = 400.0 * np.sinc(np.arange(80) - 39.3)
+    trial = Trial(u, u, np.zeros((200, 2)), 1 / RATE_HZ)
+    of = Ringing((trial,), (FRICTION,), PORTS, low_pass=LowPass(1.0))
+    (run,) = passes(of, truth(of))
+    uncertain, system = np.sqrt(run.averages.blur), run.sampled.system
+    most = np.abs(system.F[:, 0]) * FORCE
+    np.testing.assert_allclose(uncertain[99], most)
+    # what would hold the joint still while the first mass is pushed
+    share = (1 / 1.0) / (1 / 1.0 + 1 / 0.8)
+    np.testing.assert_allclose(
+        uncertain[90], 0.1 * share * abs(u[90, 0]) * np.abs(system.F[:, 0]), rtol=1e-6
+    )
+    assert np.all(uncertain[:50] == 0.0)
