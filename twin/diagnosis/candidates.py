@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis.hypothesis import Hypothesis
-from twin.diagnosis.motion import Motion
+from twin.diagnosis.motion import Motion, motion_of
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.scales import Scales
 from twin.estimation.likelihood import passes
@@ -69,13 +69,7 @@ def priors_of(starts: Sequence[Mechanism]) -> dict[str, tuple[float, float]]:
 def motions(problem: Problem, hypothesis: Hypothesis, z: Array) -> tuple[Motion, ...]:
     """Return the motion of every recording as the predictor of a fit estimates it."""
     n = len(problem.model.coordinates)
-    out = []
-    for run in passes(hypothesis, z):
-        gain = run.gains.state[np.minimum(np.arange(len(run.x)), len(run.gains.state) - 1)]
-        x = run.x + np.einsum("kij,kj->ki", gain, run.e)
-        v = x[:, n : 2 * n] if x.shape[1] >= 2 * n else x[:, n:]
-        out.append(Motion(x[:, :n], v, np.gradient(v, problem.step_s, axis=0)))
-    return tuple(out)
+    return tuple(motion_of(run, n, problem.step_s) for run in passes(hypothesis, z))
 
 
 def scales_of(problem: Problem, moved: Sequence[Motion]) -> Scales:

@@ -51,6 +51,7 @@ class Found:
         others: every other explanation that was fitted, best first.
         screened: the screening of each step.
         motion: the motion of every recording by the best explanation.
+        stated: NRMSE that recordings that were not seen will have, where it is stated.
     """
 
     nothing: Explanation
@@ -58,6 +59,7 @@ class Found:
     others: tuple[Explanation, ...]
     screened: tuple[tuple[Score, ...], ...]
     motion: tuple[Motion, ...]
+    stated: float | None = None
 
 
 Tried = dict[tuple[tuple[str, str], ...], Explanation]

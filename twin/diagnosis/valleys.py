@@ -16,7 +16,7 @@ from twin.diagnosis.beginning import added, beginnings, likeliest, moved_to
 from twin.diagnosis.candidates import Candidate
 from twin.diagnosis.linearised import Linearised
 from twin.diagnosis.portion import beginning_of
-from twin.estimation.fit import Fit, ascend
+from twin.estimation.fit import Fit
 from twin.estimation.fit import fit as climb
 from twin.mechanisms.mechanism import Mechanism
 
@@ -105,6 +105,7 @@ def _likelier(runners: list[_Runner]) -> list[_Runner]:
 def _further(posterior: float, z: Array, model: Linearised, steps: int) -> _Runner:
     """Return where so many steps lead."""
     try:
-        return (*ascend(model, z, steps, model.free), model)
+        found = climb(model, z, most=steps, free=model.free)
     except (ValueError, np.linalg.LinAlgError):
         return posterior, z, model
+    return found.log_posterior, found.z, model
