@@ -26,15 +26,12 @@ from twin.diagnosis.score_test import Profiled
 from twin.diagnosis.search import Found, Offer
 from twin.diagnosis.simulation import OutputError, independent_share
 from twin.diagnosis.stated import stated_error
-from twin.diagnosis.valleys import Score
+from twin.diagnosis.valleys import WIDTH, Score
 from twin.errors import ModelError
 from twin.estimation.fit import Fit
 from twin.mechanisms.mechanism import Law
 
 Array = NDArray[np.float64]
-
-WIDTH = 4
-"""Candidates of a screening that are fitted in a search step."""
 
 MOST = 2
 """Laws at most: a simulation of strong motion tells no third one from what the first two lack."""

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.motion import Motion, motion_of
+from twin.diagnosis.plant import axis_of
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.scales import Scales
 from twin.estimation.likelihood import passes
@@ -106,9 +107,9 @@ def surroundings(
     if place in model.bodies and port is None:
         rows = model.bodies[place].translation
         row = rows[int(np.argmax(np.linalg.norm(rows, axis=1)))]
-    if place in model.places("base"):
-        axis = place.rpartition(".")[2] if "." in place else next(iter(model.base))
-        row = model.base[axis].row / max(model.base[axis].mass, 1e-300)
+    base = model.base[axis_of(model, place)] if place in model.places("base") else None
+    if base is not None:
+        row = base.row / max(base.mass, 1e-300)
     reading = reading[np.isfinite(reading)]
     drift = np.concatenate([m.q @ row for m in moved])
     rate = np.concatenate([m.v @ row for m in moved])
@@ -124,9 +125,8 @@ def surroundings(
         if model.base
         else sum(b.mass for b in model.bodies.values())
     )
-    if place in model.places("base") and model.base:
-        axis = place.rpartition(".")[2] if "." in place else next(iter(model.base))
-        mass = max(model.base[axis].fixed_mass, 0.02 * total)
+    if base is not None:
+        mass = max(base.fixed_mass, 0.02 * total)
         stiffness = w**2 * total
     if not stiffness > 0:
         stiffness = w**2 * mass

@@ -13,6 +13,7 @@ from twin.diagnosis.explanation import Explanation
 from twin.diagnosis.missing_force import along_motion, needed, smooth
 from twin.diagnosis.motion import Motion
 from twin.diagnosis.result import Finding, ForcePicture
+from twin.diagnosis.scales import ROUNDING
 from twin.mechanisms.mechanism import Law
 
 Array = NDArray[np.float64]
@@ -101,7 +102,7 @@ def _named(
     def of_rate(item: Law) -> Array:
         return np.asarray(item.force(still, quick, still, 1.0) + still)
 
-    alike = 1e-9 * float(np.max(np.abs(force), initial=1e-12))
+    alike = ROUNDING * float(np.max(np.abs(force), initial=1e-12))
     if np.allclose(law.force(d, 0 * v, 0 * v, time) + 0 * d, force, rtol=0, atol=alike):
         return out | {"law": of_drift(law), "law_std": _band(best, law, of_drift)}
     if np.allclose(law.force(0 * d, v, 0 * v, time) + 0 * d, force, rtol=0, atol=alike):

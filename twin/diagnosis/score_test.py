@@ -21,6 +21,7 @@ from twin.diagnosis.beginning import added, beginnings, moved_to
 from twin.diagnosis.candidates import Candidate
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.linearised import Linearised
+from twin.diagnosis.scales import ROUNDING
 from twin.estimation.fit import Fit
 from twin.estimation.likelihood import evaluate, gaussian, passes
 from twin.estimation.parallel import each
@@ -37,9 +38,6 @@ SMALL = 1e-4
 TOGETHER = 64
 """Directions at a time: one product of matrices instead of many with vectors, and no more memory
 than so many recordings."""
-
-ROUNDING = 1e-12
-"""Share of a direction below which what is left of it is the projection's rounding."""
 
 
 class Profiled:

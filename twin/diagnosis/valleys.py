@@ -27,8 +27,8 @@ LAPS = (1, 2, 3)
 the candidates goes on (successive halving; Jamieson and Talwalkar 2016); the fit that follows takes
 the rest."""
 
-LEAST = 6
-"""Candidates that are never left behind: a search step fits as many."""
+WIDTH = 6
+"""Candidates of the screening that are fitted in a search step; so many are never left behind."""
 
 _Runner = tuple[float, Array, Linearised]
 """Log posterior, values, and what has them."""
@@ -78,7 +78,7 @@ def of_valleys(fit: Fit, linear: Linearised, candidates: Sequence[Candidate]) ->
     for steps in LAPS:
         racing = [(c, _likelier([_further(*r, steps) for r in runners])) for c, runners in racing]
         racing.sort(key=lambda race: -race[1][0][0])
-        ahead = max((len(racing) + 1) // 2, LEAST)
+        ahead = max((len(racing) + 1) // 2, WIDTH)
         racing, behind = racing[:ahead], behind + racing[ahead:]
     scores = []
     for candidate, runners in racing + behind:
