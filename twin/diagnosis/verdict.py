@@ -192,7 +192,7 @@ def _finding(
     std = {name: known[title] for name, title in zip(names, titles, strict=True)}
     for name, (whole, _, _) in mechanism.shares.items():
         std[name] *= mechanism.values[whole]
-    return Finding(mechanism, std, chance, -2 * delta, delta)
+    return Finding(mechanism, std, chance, delta)
 
 
 def _felt_alike(findings: Sequence[Finding], alternatives: Sequence[Finding]) -> tuple[str, ...]:

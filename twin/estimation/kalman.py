@@ -78,7 +78,16 @@ def gains(
     Raises:
         ValueError: the Riccati equation has no stationary solution, or outputs are without noise.
     """
-    A, C, W, V, Q, R, P = matrices_of(sampled, noise, equivalent)
+    A, C = sampled.whole, sampled.system.C
+    if equivalent is not None:
+        A, C = A + equivalent.whole, C + equivalent.C
+    W = np.ascontiguousarray(sampled.entry * noise.held)
+    V = np.ascontiguousarray(sampled.system.V * noise.held)
+    R = np.diag(noise.output**2)
+    Q = W @ W.T + sampled.Q
+    P = stationary(A, C, Q, R + V @ V.T, W @ V.T)
+    if not np.all(np.isfinite(P)):
+        raise ValueError("the Riccati equation has no stationary solution")
     try:
         state, held, innovation = _sequence(
             np.ascontiguousarray(A), np.ascontiguousarray(C), W, V, Q, R, noise.start, P,
@@ -119,33 +128,6 @@ def _covariances(A, W, Q, start, state, held, innovation):  # type: ignore[no-un
         out[k] = P
         _propagate(A, AT, W, Q, P, state[k], held[k], innovation[k], AP, K, KT, KS)
     return out
-
-
-def matrices_of(
-    sampled: Sampled, noise: Noise, equivalent: EquivalentLinear | None = None
-) -> tuple[Array, Array, Array, Array, Array, Array, Array]:
-    """Return A, C, W and V of unit disturbances, Q, R, and the stationary covariance.
-
-    Args:
-        sampled: the system.
-        noise: levels.
-        equivalent: what laws add to the linear system, if there are laws.
-
-    Raises:
-        ValueError: the Riccati equation has no stationary solution.
-    """
-    system = sampled.system
-    A, C = sampled.whole, system.C
-    if equivalent is not None:
-        A, C = A + equivalent.whole, C + equivalent.C
-    W = np.ascontiguousarray(sampled.entry * noise.held)
-    V = np.ascontiguousarray(system.V * noise.held)
-    R = np.diag(noise.output**2)
-    Q = W @ W.T + sampled.Q
-    P = stationary(A, C, Q, R + V @ V.T, W @ V.T)
-    if not np.all(np.isfinite(P)):
-        raise ValueError("the Riccati equation has no stationary solution")
-    return A, C, W, V, Q, R, P
 
 
 @numba.njit(nogil=True, cache=True)
