@@ -36,11 +36,9 @@ Array = NDArray[np.float64]
 MOST = 2
 """Laws at most: a simulation of strong motion tells no third one from what the first two lack."""
 
-SMALL = 0.1
-"""Share of a first guess at which its direction is taken: a law that slips has none at zero."""
-
 STRENGTHS = (0.1, 10.0)
-"""Strengths in first guesses between which a fit begins."""
+"""Strengths in first guesses between which a fit begins; a law's direction is taken at the lower
+one, for what slips has none at zero."""
 
 
 def search_by_simulation(
@@ -135,7 +133,7 @@ def _screened(model: OutputError, z: Array, candidates: Sequence[Candidate]) -> 
     for candidate in candidates:
         for start in candidate.starts:
             grown = added(here, candidate, start)
-            weak = start.scaled(SMALL)
+            weak = start.scaled(STRENGTHS[0])
             point = moved_to(grown, here, z, weak)
             try:
                 changed = np.vstack(OutputError(grown).residuals(point))
@@ -143,7 +141,7 @@ def _screened(model: OutputError, z: Array, candidates: Sequence[Candidate]) -> 
                 continue
             if not np.all(np.isfinite(changed)):
                 continue
-            direction = model.whiten((changed - r)[:, :, None] / SMALL, r)
+            direction = model.whiten((changed - r)[:, :, None] / STRENGTHS[0], r)
             (gain,), (strength,), _ = profiled.gains([direction])
             if strength <= 0:
                 continue
