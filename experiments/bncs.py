@@ -26,9 +26,9 @@ from rich.table import Table
 
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.pipeline import diagnose
+from twin.diagnosis.predict import placed
 from twin.diagnosis.prepare import UNKNOWN, prepare
-from twin.diagnosis.simulation import OutputError, climb, independent_share
-from twin.diagnosis.stated import beside
+from twin.diagnosis.simulation import OutputError, independent_share
 from twin.formats import read_recording
 from twin.frame import FrameDesign, Ground, Storey
 from twin.model import Twin
@@ -39,8 +39,6 @@ ISOLATION, STOREY = 4e6, 1e8
 """Stiffness of the isolators together, and of each storey above them [N/m]."""
 DAMPING = (0.10, 0.03)
 HEIGHT_M, MODULUS = 3.0, 2e11
-STEPS = 30
-"""Steps of a fit at most."""
 
 
 def round_twin() -> Twin:
@@ -63,17 +61,15 @@ def equivalent_linear(train: Sequence[Recording], held: Recording) -> float:
     ready = prepare(round_twin(), train, [held], UNKNOWN, UNKNOWN)
     first = Hypothesis(ready.train)
     z = np.zeros(len(first.unknowns))
-    found = climb(OutputError(first), z, STEPS)
-    assert found is not None
-    own, there = beside(first, found.z, [0], ready.test)
+    own, there = placed(first, OutputError(first).fitted(z).z, ready.test)
     model = OutputError(own)
     tau = independent_share(model.residuals(there))
     names = [u.name for u in own.unknowns]
-    moving = np.array([names.index("stiffness storey1"), names.index("damping of mode 1")])
-    suited = climb(replace(model, tau=tau), there, STEPS, moving)
-    assert suited is not None
+    moving = np.isin(names, ["stiffness storey1", "damping of mode 1"])
+    suited = replace(model, tau=tau).fitted(there, moving).z
     measured = ready.test.recordings[0].y
-    return float(np.linalg.norm(suited.residuals) / np.sqrt(np.nansum(measured**2)))
+    left = np.linalg.norm(np.vstack(model.residuals(suited)))
+    return float(left / np.sqrt(np.nansum(measured**2)))
 
 
 def predicted(

@@ -11,7 +11,7 @@ from twin.diagnosis.candidates import Candidate, motions, priors_of, scales_of
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.prepare import prepare
 from twin.diagnosis.score_test import SMALL, ScoreTest
-from twin.estimation.fit import ascend, fit
+from twin.estimation.fit import fit
 from twin.estimation.likelihood import passes
 from twin.mechanisms.cubic_stiffness import CubicStiffness
 from twin.mechanisms.sensor_gain import SensorGain
@@ -70,5 +70,5 @@ def test_a_short_fit_beside_laws_leaves_their_numbers_where_they_are(score):
     held = [u.name for u, free in zip(score.linear.unknowns, score.linear.free, strict=True)
             if not free]  # fmt: skip
     assert held == ["cubic_stiffness storey2 stiffness"]
-    _, z = ascend(score.linear, score.fit.z, 2, score.linear.free)
+    z = fit(score.linear, score.fit.z, most=2, free=score.linear.free).z
     assert np.array_equal(z[~score.linear.free], score.fit.z[~score.linear.free])

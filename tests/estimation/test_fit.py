@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from estimation_support import CUBIC, FRICTION, TwoMasses, shaken
 
-from twin.estimation.fit import FARTHEST, Fit, ascend, fit
+from twin.estimation.fit import FARTHEST, fit
 from twin.estimation.likelihood import evaluate
 from twin.estimation.model import Unknown
 
@@ -111,16 +111,6 @@ def test_a_fit_that_begins_far_away_takes_bounded_steps_and_says_how_it_ended():
     assert beyond.code == "ran away"
 
 
-def test_an_ascent_is_a_fit_without_its_end():
-    model, begun = cubic(200), np.array([0.0, 1.0, 0.5, 0.0])
-    posterior, z = ascend(model, begun, 2)
-    whole = fit(model, begun, most=2)
-    assert z == pytest.approx(whole.z, abs=1e-12)
-    assert posterior == pytest.approx(whole.log_posterior, abs=1e-9)
-    with pytest.raises(ValueError, match="runs away"):
-        ascend(model, np.array([0.0, 6.0, -5.0, 5.0]), 1)
-
-
 def two_stiff():
     trial = shaken(300, 12, (CUBIC,), ((1.0, 0.0),))
     return replace(trial, y=1.2 * trial.y)
@@ -132,17 +122,6 @@ def test_what_is_held_stays():
     found = fit(model, np.array([0.0, 1.0, 0.0, 0.0]), free=free)
     assert found.z[1] == 1.0
     assert found.covariance[1] == pytest.approx([0, 1, 0, 0])
-
-
-def test_what_the_recordings_say_nothing_of_is_named():
-    # a structure that nobody touched
-    ports = ((1.0, 0.0),)
-    quiet = shaken(200, 13, (), ())
-    model = TwoMasses((replace(quiet, u=0 * quiet.u, between=0 * quiet.u, y=0 * quiet.y),),
-                      (CUBIC,), ports)  # fmt: skip
-    found: Fit = fit(model)
-    assert "law 0 number 0" in found.untold
-    assert "output noise 0" not in found.untold
 
 
 def test_kinks_of_friction_do_not_stop_a_fit():

@@ -99,8 +99,8 @@ def diagnosis(law=CUBIC) -> Diagnosis:
         verdict="missing_physics",
         findings=(Finding(law, {strength: 0.012 * law.values[strength]}, 0.93),),
         alternatives=(
-            Finding(other, {"stiffness": 40.0, "gap": 2e-4}, 0.0699, 5.2),
-            Finding(MECHANISMS["coulomb_friction"]("storey2", 0.1), {"force": 0.02}, 1e-9, 812.0),
+            Finding(other, {"stiffness": 40.0, "gap": 2e-4}, 0.0699, -2.6),
+            Finding(MECHANISMS["coulomb_friction"]("storey2", 0.1), {"force": 0.02}, 1e-9, -406.0),
         ),
         calibration=(Finding(MECHANISMS["mass"]("floor2", 0.0031), {"change": 0.0012}, 0.6),),
         fit=fit,

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis.hypothesis import Hypothesis
-from twin.diagnosis.motion import Motion
+from twin.diagnosis.motion import Motion, motion_of
+from twin.diagnosis.plant import axis_of
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.scales import Scales
 from twin.estimation.likelihood import passes
@@ -69,13 +70,7 @@ def priors_of(starts: Sequence[Mechanism]) -> dict[str, tuple[float, float]]:
 def motions(problem: Problem, hypothesis: Hypothesis, z: Array) -> tuple[Motion, ...]:
     """Return the motion of every recording as the predictor of a fit estimates it."""
     n = len(problem.model.coordinates)
-    out = []
-    for run in passes(hypothesis, z):
-        gain = run.gains.state[np.minimum(np.arange(len(run.x)), len(run.gains.state) - 1)]
-        x = run.x + np.einsum("kij,kj->ki", gain, run.e)
-        v = x[:, n : 2 * n] if x.shape[1] >= 2 * n else x[:, n:]
-        out.append(Motion(x[:, :n], v, np.gradient(v, problem.step_s, axis=0)))
-    return tuple(out)
+    return tuple(motion_of(run, n, problem.step_s) for run in passes(hypothesis, z))
 
 
 def scales_of(problem: Problem, moved: Sequence[Motion]) -> Scales:
@@ -112,9 +107,9 @@ def surroundings(
     if place in model.bodies and port is None:
         rows = model.bodies[place].translation
         row = rows[int(np.argmax(np.linalg.norm(rows, axis=1)))]
-    if place in model.places("base"):
-        axis = place.rpartition(".")[2] if "." in place else next(iter(model.base))
-        row = model.base[axis].row / max(model.base[axis].mass, 1e-300)
+    base = model.base[axis_of(model, place)] if place in model.places("base") else None
+    if base is not None:
+        row = base.row / max(base.mass, 1e-300)
     reading = reading[np.isfinite(reading)]
     drift = np.concatenate([m.q @ row for m in moved])
     rate = np.concatenate([m.v @ row for m in moved])
@@ -130,9 +125,8 @@ def surroundings(
         if model.base
         else sum(b.mass for b in model.bodies.values())
     )
-    if place in model.places("base") and model.base:
-        axis = place.rpartition(".")[2] if "." in place else next(iter(model.base))
-        mass = max(model.base[axis].fixed_mass, 0.02 * total)
+    if base is not None:
+        mass = max(base.fixed_mass, 0.02 * total)
         stiffness = w**2 * total
     if not stiffness > 0:
         stiffness = w**2 * mass

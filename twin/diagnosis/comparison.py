@@ -16,13 +16,9 @@ from twin.diagnosis.predict import Predictor, noise_floors, nrmse, placed, predi
 from twin.diagnosis.prepare import Prepared
 from twin.diagnosis.result import Trace
 from twin.model import Twin
+from twin.model.self_check import NOTED
 
 Array = NDArray[np.float64]
-
-SAME = 0.1
-"""Difference between MuJoCo's motion and the engine's, in noise levels, that is not worth a word:
-it adds half a per cent to the variance."""
-
 
 NO_HELP = (
     "two seconds ahead the extended twin predicts the training recordings no better than the "
@@ -127,7 +123,7 @@ def _in_mujoco(
         measured.append(recording.y)
     difference = nrmse(out, own) if all(np.all(np.isfinite(o)) for o in out) else np.inf
     level = nrmse(measured, [y - n for y, n in zip(measured, noise, strict=True)])
-    if difference <= SAME * level:
+    if difference <= NOTED * level:
         return []
     there = nrmse(measured, out)
     return [

@@ -26,6 +26,6 @@ class Fits:
     train: Errors
     test: Errors
 
-    def stating(self, stated: float) -> Fits:
-        """Return the errors with the one on the test recordings that was stated beforehand."""
+    def stating(self, stated: float | None) -> Fits:
+        """Return the errors with what was stated of the test recordings, if anything was."""
         return replace(self, test=replace(self.test, stated=stated))

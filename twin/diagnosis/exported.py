@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.known import differences
 from twin.diagnosis.problem import Between, Measured, Problem
+from twin.diagnosis.scales import ROUNDING
 from twin.errors import ModelError
 from twin.mechanisms.damping import Damping
 from twin.mechanisms.mass import Mass
@@ -32,9 +33,6 @@ FINEST = 100
 
 HELD_STEPS = 16
 """Pieces of a sampling interval in which a held input is played back."""
-
-NEW = 1e-9
-"""A damping pattern is another one where this share of it is not a sum of those before."""
 
 
 def base_mechanisms(problem: Problem, z: Array) -> tuple[Mechanism, ...]:
@@ -70,7 +68,7 @@ def dashpots(model: LinearModel, change: Array) -> tuple[Damping, ...]:
         pattern = np.outer(row, row).ravel()
         size = float(np.linalg.norm(pattern))
         rest = pattern - basis @ (basis.T @ pattern)
-        if size and np.linalg.norm(rest) ** 2 > NEW * size**2:
+        if size and np.linalg.norm(rest) ** 2 > ROUNDING * size**2:
             names.append(name)
             patterns.append(pattern)
             basis = np.column_stack([basis, rest / np.linalg.norm(rest)])

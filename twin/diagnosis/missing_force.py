@@ -8,6 +8,7 @@ from scipy import signal
 
 from twin.diagnosis.motion import Motion
 from twin.diagnosis.problem import Problem
+from twin.estimation.laws import memory_along
 from twin.mechanisms.mechanism import Law
 
 Array = NDArray[np.float64]
@@ -43,9 +44,6 @@ def along_motion(law: Law, problem: Problem, motion: Motion) -> Array:
     """Return a law's force along a motion, (samples,)."""
     row = problem.model.port(law.place)
     drift, rate = motion.q @ row, motion.v @ row
-    z = np.zeros(len(drift))
-    if law.memory:
-        for k in range(1, len(drift)):
-            z[k] = law.remember(z[k - 1], drift[k - 1], drift[k])
-    time: Array = np.asarray(np.arange(len(drift)) * problem.step_s, float)
-    return np.asarray(law.force(drift, rate, z, time) + 0 * drift)
+    memory = memory_along(law.compiled, np.array(law.numbers), drift)
+    time = np.asarray(np.arange(len(drift)) * problem.step_s, float)
+    return np.broadcast_to(law.force(drift, rate, memory, time), drift.shape)

@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 from scipy.optimize import linear_sum_assignment
 
+from twin.diagnosis.scales import ROUNDING
+
 Array = NDArray[np.float64]
 
 
@@ -41,5 +43,5 @@ def following(M0: Array, K0: Array, M: Array, K: Array, D: Array) -> Array:
 def _modes(M: Array, K: Array) -> tuple[Array, Array]:
     """Return circular frequencies (n,), zero where there is none, and mass-normalised shapes."""
     squares, shapes = eigh(0.5 * (K + K.T), 0.5 * (M + M.T))
-    least = 1e-9 * np.max(np.abs(squares), initial=1e-300)
+    least = ROUNDING * np.max(np.abs(squares), initial=1e-300)
     return np.sqrt(np.where(squares > least, squares, 0.0)), shapes

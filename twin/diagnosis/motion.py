@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.estimation.passing import Run
+
 Array = NDArray[np.float64]
 
 
@@ -29,3 +31,14 @@ class Motion:
         bend = (self.q[2:] - 2 * self.q[1:-1] + self.q[:-2]) / step_s**2
         a[1:-1] = 2 * bend - a[1:-1]
         return np.asarray(a)
+
+
+def motion_of(run: Run, n: int, step_s: float) -> Motion:
+    """Return the motion of n coordinates as a predictor's pass, corrected at each sample, has it.
+
+    A simulation corrects nothing: its motion is its own.
+    """
+    gain = run.gains.state[np.minimum(np.arange(len(run.x)), len(run.gains.state) - 1)]
+    x = run.x + np.einsum("kij,kj->ki", gain, run.e)
+    v = x[:, n : 2 * n]
+    return Motion(x[:, :n], v, np.gradient(v, step_s, axis=0))

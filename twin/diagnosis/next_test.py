@@ -16,6 +16,8 @@ from twin.diagnosis.problem import Measured, Problem
 from twin.diagnosis.result import NextExperiment
 from twin.diagnosis.search import Found
 from twin.diagnosis.verdict import TIE
+from twin.laboratory.hammer import Hammer
+from twin.laboratory.random_shaking import RandomShaking
 from twin.model_files import shipped_names
 
 Array = NDArray[np.float64]
@@ -23,7 +25,7 @@ Array = NDArray[np.float64]
 DURATION_S = 30.0
 """Length of a test [s], as virtual tests have it by default."""
 
-BAND_HZ = (0.5, 12.0)
+BAND_HZ = RandomShaking.band_hz
 """Band of random shaking [Hz], as virtual tests have it by default."""
 
 LEVELS = (0.3, 1.0, 3.0)
@@ -32,8 +34,8 @@ LEVELS = (0.3, 1.0, 3.0)
 ADDED = 0.2
 """Mass that may be bolted on, as a share of all bodies' masses."""
 
-PULSE_S = 0.008
-"""Contact of a hammer [s], that of a medium tip."""
+PULSE_S = Hammer.width_s
+"""Contact of a hammer [s], as virtual tests have it by default."""
 
 MOST_TOLD = 100.0
 """Squared difference in noise levels that one sample may count: beyond, a model is wrong anyway."""

@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.diagnosis.portion import PART
 from twin.diagnosis.problem import Measured, Problem
 from twin.diagnosis.scales import Scales
 from twin.errors import ModelError
@@ -27,9 +28,6 @@ Array = NDArray[np.float64]
 
 LEAST = 1e-4
 """Share of an output's RMS below which no element's effect is worth having: rounding and steps."""
-
-LONGEST = 1024
-"""Samples of the loudest recording that MuJoCo is asked about."""
 
 ANOTHER = 0.2
 """Difference between MuJoCo's motion and the equations', as a share of its RMS, at which they are
@@ -69,7 +67,7 @@ def checked(twin: Twin, problem: Problem) -> tuple[str, ...]:
     model, rate = problem.model, problem.sampling_hz
     loudest = max(problem.recordings, key=lambda r: _size(r.y))
     first = _loudest_stretch(loudest.y)
-    u = loudest.u[first : first + LONGEST]
+    u = loudest.u[first : first + PART]
     inputs = dict(zip(model.inputs, u.T, strict=True))
     predicted = rollout(model, problem.known, inputs, rate) if problem.known else None
     size = {n: float(s) for n, s in zip(model.outputs, _levels(loudest), strict=True)}
@@ -101,12 +99,12 @@ def _size(y: Array) -> float:
 
 
 def _loudest_stretch(y: Array) -> int:
-    """Return where the stretch of ``LONGEST`` samples begins that has the most power."""
+    """Return where the part of ``PART`` samples begins that has the most power."""
     power = np.nan_to_num(y / np.maximum(np.nanstd(y, axis=0), 1e-300)) ** 2
     total = np.concatenate([[0.0], np.cumsum(power.sum(axis=1))])
-    if len(y) <= LONGEST:
+    if len(y) <= PART:
         return 0
-    return int(np.argmax(total[LONGEST:] - total[:-LONGEST]))
+    return int(np.argmax(total[PART:] - total[:-PART]))
 
 
 def _scale(problem: Problem, law: Law) -> tuple[float, float, float]:

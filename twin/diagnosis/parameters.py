@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.diagnosis.scales import ROUNDING
 from twin.model.linear import LinearModel
 
 Array = NDArray[np.float64]
@@ -24,12 +25,12 @@ def stiffnesses_of(model: LinearModel) -> tuple[tuple[str, Array, float], ...]:
     except np.linalg.LinAlgError:
         compliance = np.linalg.pinv(model.K)
     # a port that moves a rigid mode holds nothing back by itself
-    rigid = np.diag(model.K) <= 1e-9 * np.max(np.diag(model.K), initial=1e-300)
+    rigid = np.diag(model.K) <= ROUNDING * np.max(np.diag(model.K), initial=1e-300)
     found: list[tuple[str, Array, float]] = []
     patterns: list[Array] = []
     for name in model.places("drift"):
         row = model.port(name)
-        if np.any(np.abs(row[rigid]) > 1e-9 * np.linalg.norm(row)):
+        if np.any(np.abs(row[rigid]) > ROUNDING * np.linalg.norm(row)):
             continue
         seen = float(row @ compliance @ row)
         if not seen > 0:

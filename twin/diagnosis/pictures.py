@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from twin.diagnosis.explanation import Explanation
 from twin.diagnosis.missing_force import along_motion, needed, smooth
 from twin.diagnosis.motion import Motion
-from twin.diagnosis.problem import Problem
 from twin.diagnosis.result import Finding, ForcePicture
+from twin.diagnosis.scales import ROUNDING
 from twin.mechanisms.mechanism import Law
 
 Array = NDArray[np.float64]
@@ -23,9 +23,6 @@ MOST_POINTS, GRID, CYCLE_S = 6000, 201, 3.0
 
 PLACES = 6
 """Ports that are drawn besides those of findings."""
-
-STEP = 0.1
-"""Standard deviations by which a parameter is moved for a law's slope in it."""
 
 
 def force_pictures(
@@ -40,14 +37,15 @@ def force_pictures(
     which there is only noise.
     """
     problem = best.hypothesis.problem
-    laws = _laws(best)
-    every_law = (*laws, *_known(problem, best.fit.z))
-    along = {law: [along_motion(law, problem, m) for m in moved] for law in every_law}
+    every = (*best.hypothesis.at(best.fit.z), *problem.known_at(best.fit.z))
+    laws = [m for m in every if isinstance(m, Law)]
+    found = laws[: len(best.hypothesis.laws)]
+    along = {law: [along_motion(law, problem, m) for m in moved] for law in laws}
     out = []
     for place in list(dict.fromkeys(places))[: PLACES + len(findings)]:
         port = problem.model.port_of(place)
         row = port.row
-        mine = next((law for law in laws if law.place == place), None)
+        mine = next((law for law in found if law.place == place), None)
         elsewhere = [law for law in along if law is not mine]
         latent = []
         for t, motion in enumerate(moved):
@@ -58,24 +56,12 @@ def force_pictures(
         pairs = [(m.q @ row, m.v @ row) for m in moved]
         drift = np.concatenate([d for d, _ in pairs])
         rate = np.concatenate([v for _, v in pairs])
-        every = max(1, len(drift) // MOST_POINTS)
-        missing = np.concatenate(latent)[::every]
-        bare = ForcePicture(
-            place, drift[::every], rate[::every], missing, _grid(drift), unit=port.unit
-        )
-        named = _named(best, mine, pairs, latent, along[mine]) if mine is not None else {}
+        some = slice(None, None, max(1, len(drift) // MOST_POINTS))
+        missing = np.concatenate(latent)[some]
+        bare = ForcePicture(place, drift[some], rate[some], missing, _grid(drift), unit=port.unit)
+        named = _named(best, mine, moved, latent) if mine is not None else {}
         out.append(replace(bare, **named))
     return tuple(out)
-
-
-def _laws(best: Explanation) -> tuple[Law, ...]:
-    """Return the laws that were found, with their estimates."""
-    return tuple(m for m in best.hypothesis.at(best.fit.z) if isinstance(m, Law))
-
-
-def _known(problem: Problem, z: Array) -> tuple[Law, ...]:
-    """Return the laws that the model itself holds, with their estimates."""
-    return tuple(m for m in problem.known_at(z) if isinstance(m, Law))
 
 
 def _grid(values: Array) -> Array:
@@ -84,40 +70,31 @@ def _grid(values: Array) -> Array:
 
 
 def _named(
-    best: Explanation,
-    law: Law,
-    pairs: Sequence[tuple[Array, Array]],
-    latent: Sequence[Array],
-    along: Sequence[Array],
+    best: Explanation, law: Law, moved: Sequence[Motion], latent: Sequence[Array]
 ) -> dict[str, Any]:
     """Return the law at a port as curve with its band, as a cycle, and over the liveliest time."""
     problem = best.hypothesis.problem
-    livelier = [float(np.mean(d**2)) for d, _ in pairs]
-    t = int(np.argmax(livelier))
-    drift, rate = pairs[t]
-    length = min(len(drift), round(CYCLE_S * problem.sampling_hz))
-    first = int(np.argmax(np.convolve(drift**2, np.ones(length), mode="valid")))
+    row = problem.model.port(law.place)
+    drifts, rates = [m.q @ row for m in moved], [m.v @ row for m in moved]
+    t = int(np.argmax([float(np.mean(d**2)) for d in drifts]))
+    length = min(len(drifts[t]), round(CYCLE_S * problem.sampling_hz))
+    first = int(np.argmax(np.convolve(drifts[t] ** 2, np.ones(length), mode="valid")))
     part = slice(first, first + length)
-    time: Array = np.asarray(np.arange(len(drift)) * problem.step_s, float)
+    d, v = drifts[t][part], rates[t][part]
+    time: Array = np.asarray(np.arange(first, first + length) * problem.step_s, float)
 
     def moving(item: Law) -> Array:
-        end = first + length
-        z = np.zeros(end)
-        if item.memory:
-            for k in range(1, end):
-                z[k] = item.remember(z[k - 1], drift[k - 1], drift[k])
-        force = item.force(drift[:end], rate[:end], z, time[:end])
-        return np.asarray(force + 0 * z)[part]
+        return along_motion(item, problem, moved[t])[part]
 
-    force = along[t][part]
+    force = moving(law)
     out = {
-        "piece": np.column_stack([time[part], latent[t][part], force, _band(best, law, moving)]),
-        "cycle": np.column_stack([drift[part], force]),
+        "piece": np.column_stack([time, latent[t][part], force, _band(best, law, moving)]),
+        "cycle": np.column_stack([d, force]),
     }
     if law.memory:
         return out
-    still, there = np.zeros(GRID), _grid(np.concatenate([d for d, _ in pairs]))
-    quick = _grid(np.concatenate([v for _, v in pairs]))
+    still, there = np.zeros(GRID), _grid(np.concatenate(drifts))
+    quick = _grid(np.concatenate(rates))
 
     def of_drift(item: Law) -> Array:
         return np.asarray(item.force(there, still, still, 1.0) + still)
@@ -125,33 +102,32 @@ def _named(
     def of_rate(item: Law) -> Array:
         return np.asarray(item.force(still, quick, still, 1.0) + still)
 
-    d, v = drift[part], rate[part]
-    alike = 1e-9 * float(np.max(np.abs(force), initial=1e-12))
-    if np.allclose(law.force(d, 0 * v, 0 * v, time[part]) + 0 * d, force, rtol=0, atol=alike):
+    alike = ROUNDING * float(np.max(np.abs(force), initial=1e-12))
+    if np.allclose(law.force(d, 0 * v, 0 * v, time) + 0 * d, force, rtol=0, atol=alike):
         return out | {"law": of_drift(law), "law_std": _band(best, law, of_drift)}
-    if np.allclose(law.force(0 * d, v, 0 * v, time[part]) + 0 * d, force, rtol=0, atol=alike):
+    if np.allclose(law.force(0 * d, v, 0 * v, time) + 0 * d, force, rtol=0, atol=alike):
         return out | {"law_rate": quick, "law": of_rate(law), "law_std": _band(best, law, of_rate)}
     return out
 
 
 def _band(best: Explanation, law: Law, force: Callable[[Law], Array]) -> Array:
-    """Return the standard deviation of a law's force, from the full covariance, to first order."""
+    """Return the standard deviation of a law's force, from the full covariance of its parameters.
+
+    Slopes are those over one standard deviation to either side.
+    """
     hypothesis, fit = best.hypothesis, best.fit
-    at = len(hypothesis.problem.base_unknowns)
-    own: list[int] = []
-    which = 0
-    for number, mechanism in enumerate(hypothesis.mechanisms):
-        if (mechanism.name, mechanism.place) == (law.name, law.place):
-            own, which = list(range(at, at + len(mechanism.parameters))), number
-        at += len(mechanism.parameters)
-    C = fit.covariance[np.ix_(own, own)]
+    names = [unknown.name for unknown in hypothesis.unknowns]
+    own = [names.index(f"{law.name} {law.place} {name}") for name in law.parameters]
+    steps = np.sqrt(np.maximum(np.diag(fit.covariance)[own], 1e-24))
     slopes = []
-    for i in own:
-        step = np.zeros(len(fit.z))
-        step[i] = STEP * np.sqrt(max(fit.covariance[i, i], 1e-24))
-        up, down = (hypothesis.at(fit.z + s)[which] for s in (step, -step))
+    for index, step in zip(own, steps, strict=True):
+        near = [fit.z + sign * step * np.eye(len(names))[index] for sign in (1, -1)]
+        up, down = (
+            next(m for m in hypothesis.at(z) if (m.name, m.place) == (law.name, law.place))
+            for z in near
+        )
         assert isinstance(up, Law)
         assert isinstance(down, Law)
-        slopes.append((force(up) - force(down)) / (2 * step[i]))
-    G = np.column_stack(slopes)
+        slopes.append((force(up) - force(down)) / (2 * step))
+    G, C = np.column_stack(slopes), fit.covariance[np.ix_(own, own)]
     return np.sqrt(np.maximum(np.einsum("ki,ij,kj->k", G, C, G), 0.0))

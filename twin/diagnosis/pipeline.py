@@ -103,12 +103,10 @@ def diagnose(
         tolerance = max(tolerance or 0.0, UNKNOWN)
     ready = prepare(twin, train, test, tolerance, loose, added_mass)
     clock("calibrating the twin")
-    stated = None
     if ready.simulated:
-        searched = search_by_simulation(
+        found = search_by_simulation(
             ready.train, ready.test, offer(ready.train, ready.kinds), clock
         )
-        found, stated = searched.found, searched.stated
     else:
         problem, start = choose(ready.train)
         found = search(problem, offer(problem, ready.kinds), clock, start)
@@ -132,7 +130,7 @@ def diagnose(
         judged.findings,
         judged.alternatives,
         _calibration(calibrated),
-        compared.fit if stated is None else compared.fit.stating(stated),
+        compared.fit.stating(found.stated),
         compared.fit_ahead,
         where,
         detection,

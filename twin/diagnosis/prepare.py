@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from twin.contract import names_in
 from twin.diagnosis.band import USED_BAND, Banded, banded, one_rate
+from twin.diagnosis.beginning import start_of
 from twin.diagnosis.channels import common, has, no_overlap, of_model
 from twin.diagnosis.drawing import LEAST
 from twin.diagnosis.hypothesis import Hypothesis
@@ -235,10 +236,9 @@ def _scaled(problem: Problem) -> Problem:
         size[t] = gain @ np.sqrt(np.mean(r.u**2, axis=0))
     first = replace(problem, scale=np.maximum(size, np.max(size, initial=1e-12) * 1e-3))
     blank = Hypothesis(first)
-    doubtful = np.array([2.0 if u.name.startswith("process") else 0.0 for u in blank.unknowns])
     n = len(model.coordinates)
     try:
-        runs = passes(blank, doubtful)
+        runs = passes(blank, start_of(blank))
     except ValueError:
         raise RecordingError(
             f"{problem.recordings[0].name}: {available(model.outputs)} cannot tell where the "

@@ -27,8 +27,7 @@ class Finding:
         mechanism: with its place and fitted values.
         std: standard deviation of every parameter; NaN where the data do not give one.
         probability: that it is this mechanism at this place and not one of the alternatives.
-        delta_bic, delta_log_evidence: BIC above, and log odds over, the best explanation [nat]
-            (alternatives only).
+        delta_log_evidence: log odds over the best explanation [nat] (alternatives only).
         explained, unexplained: share of the missing force at its place that it accounts for, and
             that is left to the discrepancy there; None where no force is missing.
         gain: log odds over having nothing in its place [nat], where they are known.
@@ -37,7 +36,6 @@ class Finding:
     mechanism: Mechanism
     std: Mapping[str, float]
     probability: float
-    delta_bic: float = 0.0
     delta_log_evidence: float = 0.0
     explained: float | None = None
     unexplained: float | None = None
@@ -47,6 +45,11 @@ class Finding:
     def location(self) -> str:
         """Where it is."""
         return self.mechanism.place
+
+    @property
+    def delta_bic(self) -> float:
+        """The same odds as a difference of BIC: above that of the best explanation."""
+        return -2 * self.delta_log_evidence
 
 
 @dataclass(frozen=True)
@@ -246,7 +249,7 @@ def as_json(diagnosis: Diagnosis, twin: str | None) -> dict[str, Any]:
             entry(f)
             | {
                 "delta_bic": float(f.delta_bic),
-                "delta_log_evidence": float(f.delta_log_evidence or -f.delta_bic / 2),
+                "delta_log_evidence": float(f.delta_log_evidence),
             }
             for f in diagnosis.alternatives
         ],

@@ -12,6 +12,9 @@ Array = NDArray[np.float64]
 
 TINY = 1e-15
 
+ROUNDING = 1e-9
+"""Share of a quantity below which what is left of it, once others are taken off, is rounding."""
+
 
 @dataclass(frozen=True)
 class Scales:

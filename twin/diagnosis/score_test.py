@@ -21,6 +21,7 @@ from twin.diagnosis.beginning import added, beginnings, moved_to
 from twin.diagnosis.candidates import Candidate
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.linearised import Linearised
+from twin.diagnosis.scales import ROUNDING
 from twin.estimation.fit import Fit
 from twin.estimation.likelihood import evaluate, gaussian, passes
 from twin.estimation.parallel import each
@@ -38,15 +39,50 @@ TOGETHER = 64
 """Directions at a time: one product of matrices instead of many with vectors, and no more memory
 than so many recordings."""
 
-FAR = 1e100
-"""Change of an innovation that no square may overflow from."""
 
-ROUNDING = 1e-12
-"""Share of a direction below which what is left of it is the projection's rounding."""
+class Profiled:
+    """Whitened innovations, and the span of a fit's own slopes that is projected out of them.
+
+    Args:
+        slopes: of each recording, whitened as rows, (rows, p).
+        white: the innovations alike, (rows,).
+        pull: values of the fit's own unknowns in prior deviations, (p,).
+    """
+
+    def __init__(self, slopes: Sequence[Array], white: Sequence[Array], pull: Array) -> None:
+        q, self.root = np.linalg.qr(np.vstack([*slopes, np.eye(len(pull))]))
+        *self.basis, self.prior = np.split(q, np.cumsum([len(J) for J in slopes]))
+        self.white, self.pull = white, pull
+        self.told = self.prior.T @ pull + self.across(white)
+
+    def across(self, directions: Sequence[Array]) -> Array:
+        """Return what of directions, one a recording, lies in the span."""
+        both = zip(self.basis, directions, strict=True)
+        return np.asarray(sum(Q.T @ d for Q, d in both))
+
+    def gains(self, directions: Sequence[Array]) -> tuple[Array, Array, Array]:
+        """Return expected gains and strengths, and the others' shifts for unit strength, (p, c).
+
+        Args:
+            directions: whitened changes of the innovations, one (rows, c) a recording.
+        """
+        across = self.across(directions)
+        along = sum(d.T @ w for d, w in zip(directions, self.white, strict=True))
+        s = along - across.T @ self.told
+        power = sum(np.einsum("ij,ij->j", d, d) for d in directions)
+        left = power - np.einsum("ij,ij->j", across, across)
+        information = np.maximum(np.maximum(left, ROUNDING * power), 1e-300)
+        return 0.5 * s**2 / information, -s / information, -np.linalg.solve(self.root, across)
+
+    def left(self, white: Sequence[Array], pull: Array) -> float:
+        """Return half the squares of innovations and priors that no step of the fit's own takes."""
+        told = self.across(white) + self.prior.T @ pull
+        power = sum(float(w @ w) for w in white) + float(pull @ pull)
+        return 0.5 * (power - float(told @ told))
 
 
 class ScoreTest:
-    """A fit with its whitened innovations, and the span of its slopes that is projected out."""
+    """A fit of the innovations likelihood, beside which small changes are followed."""
 
     def __init__(self, hypothesis: Hypothesis, fit: Fit) -> None:
         self.hypothesis, self.fit = hypothesis, fit
@@ -57,17 +93,12 @@ class ScoreTest:
         self._without, self._likelihood = still.runs, still.log_likelihood
         self.parts = [gaussian(r, t) for r, t in zip(value.runs, value.trials, strict=True)]
         shared = [i for i, u in enumerate(hypothesis.unknowns) if u.role != "noise"]
-        self._shared = shared
         self.names = [hypothesis.unknowns[i].name for i in shared]
-        slopes = [self._slopes(index, shared) for index in range(len(self.runs))]
-        q, self._root = np.linalg.qr(np.vstack([*slopes, np.eye(len(shared))]))
-        ends = np.cumsum([len(J) for J in slopes])
-        *self._basis, self._prior = np.split(q, ends)
-        self._white = [part.white.ravel() for part in self.parts]
-        pull = np.asarray(fit.z)[shared]
-        self._told = self._prior.T @ pull + self._across(self._white)
-        power = float(pull @ pull) + sum(float(w @ w) for w in self._white)
-        self._left = power - float(self._told @ self._told)
+        self.profiled = Profiled(
+            [self._slopes(index, shared) for index in range(len(self.runs))],
+            [part.white.ravel() for part in self.parts],
+            np.asarray(fit.z)[shared],
+        )
 
     def _slopes(self, index: int, shared: Sequence[int]) -> Array:
         unknowns = self.hypothesis.unknowns
@@ -79,28 +110,10 @@ class ScoreTest:
         """Return changes of a recording's innovations, (samples, m, c), whitened as rows."""
         return self.parts[index].whitened(np.ascontiguousarray(change))
 
-    def _across(self, directions: Sequence[Array]) -> Array:
-        both = zip(self._basis, directions, strict=True)
-        return np.asarray(sum(Q.T @ d for Q, d in both))
-
-    def gains(self, directions: Sequence[Array]) -> tuple[Array, Array, Array]:
-        """Return expected gains and strengths, and the others' shifts for unit strength, (p, c).
-
-        Args:
-            directions: whitened changes of the innovations, one (samples m, c) a recording.
-        """
-        across = self._across(directions)
-        along = sum(d.T @ w for d, w in zip(directions, self._white, strict=True))
-        s = along - across.T @ self._told
-        power = sum(np.einsum("ij,ij->j", d, d) for d in directions)
-        left = power - np.einsum("ij,ij->j", across, across)
-        information = np.maximum(np.maximum(left, ROUNDING * power), 1e-300)
-        return 0.5 * s**2 / information, -s / information, -np.linalg.solve(self._root, across)
-
     def of_changes(
         self, changes: Callable[[int, slice], Array], count: int
     ) -> tuple[Array, Array, Array]:
-        """Return ``gains`` of many directions, so many at a time.
+        """Return ``Profiled.gains`` of many directions, so many at a time.
 
         Args:
             changes: index of a recording and which directions -> how its innovations change,
@@ -111,7 +124,7 @@ class ScoreTest:
         for first in range(0, count, TOGETHER):
             some = slice(first, min(first + TOGETHER, count))
             whitened = partial(self._whitened, changes, some)
-            out.append(self.gains(each(whitened, len(self.runs))))
+            out.append(self.profiled.gains(each(whitened, len(self.runs))))
         gains, strengths, shifts = zip(*out, strict=True)
         return np.concatenate(gains), np.concatenate(strengths), np.hstack(shifts)
 
@@ -129,10 +142,11 @@ class ScoreTest:
             wide: the second one's prior deviation in the first one's, the unit of its strength.
         """
         index = self.names.index(name)
-        row = self._prior[index]
-        pull = float(self.fit.z[self._shared[index]]) - float(row @ self._told)
+        own = self.profiled
+        row = own.prior[index]
+        pull = float(own.pull[index]) - float(row @ own.told)
         information = max(1.0 - float(row @ row), ROUNDING) + wide**-2
-        shift = np.linalg.solve(self._root, row)
+        shift = np.linalg.solve(own.root, row)
         shift[index] -= 1.0
         return 0.5 * pull**2 / information, pull / information, shift
 
@@ -153,7 +167,7 @@ class ScoreTest:
                 self.whitened(i, np.stack([c[i] for c in found.values()], axis=-1))
                 for i in range(len(self.runs))
             ]
-            gains, strengths, shifts = self.gains(stacked)
+            gains, strengths, shifts = self.profiled.gains(stacked)
             for column, at in enumerate(found):
                 out[at] = float(gains[column]), float(strengths[column]), shifts[:, column]
         return out
@@ -173,7 +187,7 @@ class ScoreTest:
         pairs = zip(near, before, strict=True)
         with np.errstate(all="ignore"):  # what runs away is no small change
             change = [(run.e - here.e) / SMALL for run, here in pairs]
-        return change if all(np.all(np.abs(c) < FAR) for c in change) else None
+        return change if all(np.all(np.isfinite(c)) for c in change) else None
 
     def _passes(self, candidate: Candidate, start: Mechanism) -> Sequence[Run] | None:
         grown = added(self.hypothesis, candidate, start)
@@ -210,9 +224,8 @@ class ScoreTest:
         triples = zip(self.runs, runs, self._without, strict=True)
         changed = [own.e + near.e - here.e for own, near, here in triples]
         white = [self.whitened(i, e[:, :, None])[:, 0] for i, e in enumerate(changed)]
-        across = self._across(white) + self._prior.T @ pull
-        power = sum(float(w @ w) for w in white) + float(pull @ pull)
-        return 0.5 * (self._left - (power - float(across @ across)))
+        own = self.profiled
+        return own.left(own.white, own.pull) - own.left(white, pull)
 
 
 def _remembers(fault: ChannelFault) -> bool:

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from twin.diagnosis.candidates import Candidate
 from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.missing_force import along_motion
 from twin.diagnosis.motion import Motion
-from twin.diagnosis.response import force_along, respond
+from twin.diagnosis.response import respond
 from twin.diagnosis.score_test import ScoreTest
 from twin.diagnosis.valleys import Score, of_valleys
 from twin.estimation.fit import Fit
@@ -100,13 +101,12 @@ def _of_laws(
     if not pairs:
         return []
     hypothesis = test.hypothesis
-    model, step_s = hypothesis.problem.model, hypothesis.problem.step_s
+    problem = hypothesis.problem
 
     def changes(index: int, some: slice) -> Array:
-        rows = np.array([model.port(law.place) for _, law in pairs[some]])
-        along = zip(pairs[some], rows, strict=True)
-        forces = [force_along(law, row, moved[index], step_s) for (_, law), row in along]
-        return respond(test.runs[index], hypothesis, index, rows, np.column_stack(forces))
+        rows = np.array([problem.model.port(law.place) for _, law in pairs[some]])
+        forces = [along_motion(law, problem, moved[index]) for _, law in pairs[some]]
+        return respond(test.runs[index], hypothesis, rows, np.column_stack(forces))
 
     gains, strengths, shifts = test.of_changes(changes, len(pairs))
     return [

@@ -22,16 +22,13 @@ from twin.diagnosis.predict import predictors
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.screening import screen
 from twin.diagnosis.sizes import forces, inexact, known_forces, of_known
-from twin.diagnosis.valleys import Score
+from twin.diagnosis.valleys import WIDTH, Score
 from twin.estimation.fit import fit
 from twin.estimation.likelihood import evaluate
 from twin.estimation.passing import Run
 from twin.mechanisms.mechanism import ChannelFault
 
 Array = NDArray[np.float64]
-
-WIDTH = 6
-"""Candidates of the screening that are fitted in a search step."""
 
 FAMILIES = 2
 """Faults that are tried in all channels at once in a search step: each is a fit, and a third one
@@ -51,6 +48,7 @@ class Found:
         others: every other explanation that was fitted, best first.
         screened: the screening of each step.
         motion: the motion of every recording by the best explanation.
+        stated: NRMSE that recordings that were not seen will have, where it is stated.
     """
 
     nothing: Explanation
@@ -58,6 +56,7 @@ class Found:
     others: tuple[Explanation, ...]
     screened: tuple[tuple[Score, ...], ...]
     motion: tuple[Motion, ...]
+    stated: float | None = None
 
 
 Tried = dict[tuple[tuple[str, str], ...], Explanation]

@@ -19,8 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis.hypothesis import Hypothesis
-from twin.diagnosis.motion import Motion
+from twin.diagnosis.motion import Motion, motion_of
+from twin.estimation.fit import Fit, fit
 from twin.estimation.kalman import Gains
+from twin.estimation.likelihood import Value
 from twin.estimation.parallel import each
 from twin.estimation.passing import Run, run
 from twin.estimation.sensitivities import plants_of
@@ -29,15 +31,6 @@ Array = NDArray[np.float64]
 
 STEP = 1e-4
 """Step of the differences in prior deviations: between rounding and curvature."""
-
-LEAST_GAIN = 0.05
-"""Gain in log posterior [nat] below which a step is not worth another."""
-
-FARTHEST = 1.0
-"""Farthest step of an unknown, in prior deviations: the simulation is followed no farther."""
-
-TRIES = 6
-"""Steps that may fail to climb, each damped ten times more."""
 
 WINDOW = 5.0
 """Correlation times over which the autocorrelation is summed (Sokal 1997)."""
@@ -56,9 +49,9 @@ class OutputError:
     tau: float = 1.0
 
     @cached_property
-    def free(self) -> NDArray[np.intp]:
-        """Unknowns of the simulation: neither noise nor discrepancy."""
-        return np.flatnonzero([
+    def free(self) -> NDArray[np.bool_]:
+        """Which unknowns are of the simulation: neither noise nor discrepancy, (p,)."""
+        return np.array([
             u.role != "noise" and not u.name.startswith("discrepancy")
             for u in self.hypothesis.unknowns
         ])  # fmt: skip
@@ -75,11 +68,7 @@ class OutputError:
     def motion(self, z: Array) -> tuple[Motion, ...]:
         """Return the simulated motion of each recording."""
         n, step_s = len(self.hypothesis.problem.model.coordinates), self.hypothesis.problem.step_s
-        out = []
-        for passed in self.runs(z):
-            q, v = passed.x[:, :n], passed.x[:, n : 2 * n]
-            out.append(Motion(q, v, np.gradient(v, step_s, axis=0)))
-        return tuple(out)
+        return tuple(motion_of(passed, n, step_s) for passed in self.runs(z))
 
     def law_forces(self, z: Array) -> Array:
         """Return the RMS force of each law that was found, (l,)."""
@@ -102,100 +91,54 @@ class OutputError:
         with np.errstate(all="ignore"):
             return each(one, len(here.trials))
 
-    def log_posterior(self, z: Array) -> tuple[float, Array]:
-        """Return it up to a constant, and the residuals of all recordings, (N, m)."""
-        try:
-            r = np.vstack(self.residuals(z))
-        except (ValueError, np.linalg.LinAlgError):
-            return -np.inf, np.zeros((0, 0))
+    def fitted(self, z: Array, free: NDArray[np.bool_] | None = None) -> Fit:
+        """Return the maximum a posteriori estimate from values z, (p,), of ``free`` unknowns.
+
+        Raises:
+            ValueError: there is no simulation where it begins.
+        """
+        return fit(self.hypothesis, z, free=self.free if free is None else free,
+                   likelihood=self.value)  # fmt: skip
+
+    def value(self, z: Array, derivatives: bool = True, averages: object = None) -> Value:
+        """Return the log likelihood up to a constant, and its derivatives, as ``fit`` asks for it.
+
+        Raises:
+            ValueError: a simulation that is not finite.
+        """
+        r = np.vstack(self.residuals(z))
         if not np.all(np.isfinite(r)):
-            return -np.inf, r
+            raise ValueError("the simulation is not finite")
         log_det = np.linalg.slogdet(self.covariance(r))[1]
-        own = z[self.free]
-        return -0.5 * self.tau * len(r) * float(log_det) - 0.5 * float(own @ own), r
+        p = len(self.free)
+        gradient, information = np.zeros(p), np.zeros((p, p))
+        if derivatives:
+            white, slopes = self.whitened(z, r)
+            gradient[self.free] = -slopes.T @ white
+            information[np.ix_(self.free, self.free)] = slopes.T @ slopes
+        return Value(-0.5 * self.tau * len(r) * float(log_det), gradient, information, (), ())
 
     def covariance(self, r: Array) -> Array:
         """Return S, (m, m)."""
         return np.asarray(r.T @ r / len(r) + np.diag(self.floor))
 
-    def slopes(self, z: Array, r: Array, moving: NDArray[np.intp]) -> Array:
-        """Return derivatives of the residuals, (N, m, p)."""
+    def slopes(self, z: Array, r: Array) -> Array:
+        """Return derivatives of the residuals with respect to the free unknowns, (N, m, p)."""
         columns = []
-        for i in moving:
+        for i in np.flatnonzero(self.free):
             near = z.copy()
             near[i] += STEP
             columns.append((np.vstack(self.residuals(near)) - r) / STEP)
         return np.stack(columns, axis=-1)
 
-    def hessian(self, r: Array, J: Array) -> tuple[Array, Array]:
-        """Return minus the log posterior's second derivatives, and the score without the prior."""
-        inverse = np.linalg.inv(np.linalg.cholesky(self.covariance(r)))
-        J_white = np.einsum("ij,njp->nip", inverse, J).reshape(-1, J.shape[-1])
-        r_white = (r @ inverse.T).ravel()
-        H = self.tau * J_white.T @ J_white + np.eye(J.shape[-1])
-        return H, -self.tau * J_white.T @ r_white
+    def whiten(self, change: Array, r: Array) -> Array:
+        """Return changes of the residuals r, (N, m, c), by their covariance, as rows, (N m, c)."""
+        root = np.sqrt(self.tau) * np.linalg.inv(np.linalg.cholesky(self.covariance(r)))
+        return np.einsum("ij,njc->nic", root, change).reshape(-1, change.shape[-1])
 
-
-@dataclass(frozen=True)
-class Simulated:
-    """A maximum of the posterior.
-
-    Attributes:
-        z: all unknowns, (p,).
-        log_posterior, log_evidence: by Laplace's method.
-        covariance: of ``OutputError.free``.
-        residuals: of all recordings, (N, m).
-    """
-
-    z: Array
-    log_posterior: float
-    log_evidence: float
-    covariance: Array
-    residuals: Array
-
-
-def climb(
-    model: OutputError, z: Array, most: int, moving: NDArray[np.intp] | None = None
-) -> Simulated | None:
-    """Climb the posterior by damped Gauss-Newton steps; None where there is no simulation.
-
-    Args:
-        model: what is fitted.
-        z: where to begin, (p,).
-        most: steps at most.
-        moving: unknowns that move; all free ones without.
-    """
-    own = model.free if moving is None else moving
-    value, r = model.log_posterior(z)
-    if not np.isfinite(value):
-        return None
-    damping, J = 1e-3, model.slopes(z, r, own)
-    for _ in range(most):
-        if not np.all(np.isfinite(J)):
-            return None
-        H, score = model.hessian(r, J)
-        score = score - z[own]
-        for _ in range(TRIES):
-            step = np.linalg.solve(H + damping * np.diag(np.diag(H)), score)
-            step /= max(1.0, float(np.max(np.abs(step))) / FARTHEST)
-            moved = z.copy()
-            moved[own] += step
-            found, other = model.log_posterior(moved)
-            if found > value:
-                break
-            damping *= 10
-        else:
-            break
-        gain, z, value, r = found - value, moved, found, other
-        damping = max(damping / 10, 1e-6)
-        J = model.slopes(z, r, own)
-        if gain < LEAST_GAIN:
-            break
-    if not np.all(np.isfinite(J)):
-        return None
-    H, _ = model.hessian(r, J)
-    evidence = value - 0.5 * float(np.linalg.slogdet(H)[1])
-    return Simulated(z, value, evidence, np.asarray(np.linalg.inv(H)), r)
+    def whitened(self, z: Array, r: Array) -> tuple[Array, Array]:
+        """Return the residuals whitened, (N m,), and their slopes alike, (N m, p)."""
+        return self.whiten(r[:, :, None], r)[:, 0], self.whiten(self.slopes(z, r), r)
 
 
 def independent_share(pieces: Sequence[Array]) -> float:

@@ -33,9 +33,6 @@ SPECTRUM_SHARE = float(np.sqrt(2) - 1)
 """Share of an unmeasured force by which it is inexact: 3 dB, by which a resonance's spectrum is off
 another smooth one in its own band."""
 
-POORLY = 0.5
-"""Share of the missing force at its port that a law leaves from which it is not the law."""
-
 
 def forces(hypothesis: Hypothesis, z: Array, beside: Sequence[Predictor]) -> list[float | None]:
     """Return the RMS modal force of every mechanism; None for what changes an output only.

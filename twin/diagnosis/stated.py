@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.predict import placed
 from twin.diagnosis.problem import Problem
-from twin.diagnosis.simulation import OutputError, climb
+from twin.diagnosis.simulation import OutputError
 
 Array = NDArray[np.float64]
-
-STEPS = 10
-"""Steps of a fit without one of the recordings: it begins where the one to all of them is."""
 
 
 def stated_error(
@@ -41,10 +38,9 @@ def stated_error(
     left = sum(float(np.sum(r**2)) for r in OutputError(hypothesis).residuals(z))
     share = left / sum(float(np.nansum(r.y**2)) for r in problem.recordings)
     silent = replace(unseen, recordings=tuple(replace(r, y=0 * r.y) for r in unseen.recordings))
-    every = range(len(unseen.recordings))
 
     def predicted(part: Hypothesis, values: Array) -> Array:
-        there, own = beside(part, values, every, silent)
+        there, own = placed(part, values, silent)
         return np.vstack(OutputError(there).residuals(own))
 
     whole = predicted(hypothesis, z)
@@ -53,11 +49,12 @@ def stated_error(
         rest = [t for t in range(count) if t != out]
         if not rest:
             break
-        part, start = beside(hypothesis, z, rest)
-        fitted = climb(OutputError(part, tau), start, STEPS)
-        if fitted is not None:
-            moved = predicted(part, fitted.z) - whole
-            scatter += (count - 1) / count * float(np.sum(moved**2) / np.sum(whole**2))
+        fewer = tuple(problem.recordings[t] for t in rest)
+        part, start = placed(
+            hypothesis, z, replace(problem, recordings=fewer, scale=problem.scale[rest])
+        )
+        moved = predicted(part, OutputError(part, tau).fitted(start).z) - whole
+        scatter += (count - 1) / count * float(np.sum(moved**2) / np.sum(whole**2))
     straight = predicted(*linear) - whole
     apart = float(np.sum(straight**2) / np.sum(whole**2))
     return float(np.sqrt(share + scatter + beyond(hypothesis, z, silent) * apart))
@@ -71,7 +68,7 @@ def beyond(hypothesis: Hypothesis, z: Array, unseen: Problem) -> float:
         z: values of its unknowns, (p,).
         unseen: the recordings to predict.
     """
-    there, own = beside(hypothesis, z, range(len(unseen.recordings)), unseen)
+    there, own = placed(hypothesis, z, unseen)
     shown, coming = OutputError(hypothesis).motion(z), OutputError(there).motion(own)
     largest = 0.0
     for law in hypothesis.laws:
@@ -80,17 +77,3 @@ def beyond(hypothesis: Hypothesis, z: Array, unseen: Problem) -> float:
         power = np.concatenate([(m.q @ row) ** 2 for m in coming])
         largest = max(largest, float(power[power > reach**2].sum() / max(power.sum(), 1e-300)))
     return largest
-
-
-def beside(
-    hypothesis: Hypothesis, z: Array, trials: Sequence[int], problem: Problem | None = None
-) -> tuple[Hypothesis, Array]:
-    """Return a hypothesis with some recordings of a problem, its own without one, and values."""
-    source = problem or hypothesis.problem
-    known = {u.name: float(x) for u, x in zip(hypothesis.unknowns, z, strict=True)}
-    there = replace(
-        hypothesis.problem, recordings=tuple(source.recordings[t] for t in trials),
-        scale=source.scale[list(trials)],
-    )  # fmt: skip
-    here = replace(hypothesis, problem=there)
-    return here, np.array([known.get(u.name, 0.0) for u in here.unknowns])

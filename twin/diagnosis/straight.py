@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.diagnosis.scales import ROUNDING
 from twin.model.linear import LinearModel
 
 Array = NDArray[np.float64]
@@ -17,16 +18,10 @@ RAISED = (1 / 12, 1 / 90)
 """Shares of minus the second and of the fourth difference that are added to the corners: lines then
 keep a band-limited signal, to fourth order in the frequency."""
 
-HELD = 1e-9
-"""Share of the largest stiffness that a mode has at least that a spring holds."""
-
 CALM = 0.7
 """Damping ratio that modes above half the sampling rate are given in steps from sample to sample:
 they follow what is slow and do not ring at corners that the true force has not (at any ratio their
 own is not seen: an analyser cuts their ringing off)."""
-
-DISTINCT = 1e-9
-"""Least distance of a mode's two poles, as a share of their size."""
 
 
 def prefiltered(u: Array) -> Array:
@@ -54,7 +49,7 @@ def hold_error(model: LinearModel, u: Array, step_s: float) -> Array:
     """
     fast = above(model, step_s)
     mass, stiffness = np.diag(model.M), np.diag(model.K)
-    held = np.flatnonzero(stiffness > HELD * np.max(stiffness))
+    held = np.flatnonzero(stiffness > ROUNDING * np.max(stiffness))
     length = 2 * len(u)  # as much silence as there is signal: nothing comes round
     spectrum = np.fft.rfft(u, length, axis=0)
     w = np.asarray(2 * np.pi * np.fft.rfftfreq(length, step_s), float)
@@ -86,7 +81,8 @@ def _answer(
     Of q'' + rate q' + square q = force, a band-limited one or its raised lines.
     """
     half = 0.5 * np.sqrt(complex(rate**2 - 4 * square))
-    half = half if abs(half) > DISTINCT * np.sqrt(square) else DISTINCT * np.sqrt(square)
+    least = ROUNDING * np.sqrt(square)  # the two poles are then one
+    half = half if abs(half) > least else least
     z, corner = np.exp(1j * w * step_s), _corner(w * step_s)
     q, v = np.zeros(len(w), complex), np.zeros(len(w), complex)
     for sign in (1, -1):

@@ -16,7 +16,7 @@ from twin.diagnosis.beginning import added, beginnings, likeliest, moved_to
 from twin.diagnosis.candidates import Candidate
 from twin.diagnosis.linearised import Linearised
 from twin.diagnosis.portion import beginning_of
-from twin.estimation.fit import Fit, ascend
+from twin.estimation.fit import Fit
 from twin.estimation.fit import fit as climb
 from twin.mechanisms.mechanism import Mechanism
 
@@ -27,8 +27,8 @@ LAPS = (1, 2, 3)
 the candidates goes on (successive halving; Jamieson and Talwalkar 2016); the fit that follows takes
 the rest."""
 
-LEAST = 6
-"""Candidates that are never left behind: a search step fits as many."""
+WIDTH = 6
+"""Candidates of the screening that are fitted in a search step; so many are never left behind."""
 
 _Runner = tuple[float, Array, Linearised]
 """Log posterior, values, and what has them."""
@@ -78,7 +78,7 @@ def of_valleys(fit: Fit, linear: Linearised, candidates: Sequence[Candidate]) ->
     for steps in LAPS:
         racing = [(c, _likelier([_further(*r, steps) for r in runners])) for c, runners in racing]
         racing.sort(key=lambda race: -race[1][0][0])
-        ahead = max((len(racing) + 1) // 2, LEAST)
+        ahead = max((len(racing) + 1) // 2, WIDTH)
         racing, behind = racing[:ahead], behind + racing[ahead:]
     scores = []
     for candidate, runners in racing + behind:
@@ -105,6 +105,7 @@ def _likelier(runners: list[_Runner]) -> list[_Runner]:
 def _further(posterior: float, z: Array, model: Linearised, steps: int) -> _Runner:
     """Return where so many steps lead."""
     try:
-        return (*ascend(model, z, steps, model.free), model)
+        found = climb(model, z, most=steps, free=model.free)
     except (ValueError, np.linalg.LinAlgError):
         return posterior, z, model
+    return found.log_posterior, found.z, model

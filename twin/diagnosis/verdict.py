@@ -14,7 +14,7 @@ from twin.diagnosis.predict import Predictor
 from twin.diagnosis.read_off import ReadOff
 from twin.diagnosis.result import Finding, Verdict
 from twin.diagnosis.search import Found
-from twin.diagnosis.sizes import POORLY, forces, left_share, negligible
+from twin.diagnosis.sizes import forces, left_share, negligible
 from twin.mechanisms import vocabulary
 from twin.mechanisms.mechanism import Disturbance, Mechanism
 
@@ -134,7 +134,8 @@ def _verdict(findings: Sequence[Finding]) -> Verdict:
     if not findings:
         return "consistent"
     first = findings[0]
-    if first.unexplained is not None and first.unexplained > POORLY:
+    told, left = first.explained, first.unexplained
+    if told is not None and left is not None and left > told:
         return "unexplained"
     return first.mechanism.verdict
 
@@ -191,7 +192,7 @@ def _finding(
     std = {name: known[title] for name, title in zip(names, titles, strict=True)}
     for name, (whole, _, _) in mechanism.shares.items():
         std[name] *= mechanism.values[whole]
-    return Finding(mechanism, std, chance, -2 * delta, delta)
+    return Finding(mechanism, std, chance, delta)
 
 
 def _felt_alike(findings: Sequence[Finding], alternatives: Sequence[Finding]) -> tuple[str, ...]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -18,6 +19,9 @@ from twin.estimation.likelihood import Value, evaluate
 from twin.estimation.model import Model
 
 Array = NDArray[np.float64]
+Likelihood = Callable[..., Value]
+"""value(z, derivatives, averages): the log likelihood at values z, as ``evaluate`` returns it."""
+
 Code = Literal["converged", "stopped", "ran away"]
 """How a fit ended: no step promises anything more; its steps were used up, or none climbed; or
 it was still climbing ``FARTHEST`` deviations away from the prior."""
@@ -32,9 +36,6 @@ deviations: what lies beyond, the slopes here know nothing of."""
 
 FARTHEST = 8.0
 """Prior deviations beyond which a fit that has not converged ran away: by chance, one in 10^15."""
-
-TOLD = 0.9
-"""Posterior over prior variance above which the recordings say nothing of an unknown."""
 
 PATIENCE = 3
 """Steps in a row that may lose what they gained by the averages that follow them."""
@@ -58,7 +59,6 @@ class Fit:
         log_posterior: the same with the prior, up to a constant.
         log_evidence: log of the integral of likelihood times prior, by Laplace's method.
         code: how it ended.
-        steps: evaluations with derivatives.
     """
 
     model: Model
@@ -68,20 +68,12 @@ class Fit:
     log_posterior: float
     log_evidence: float
     code: Code
-    steps: int
 
     @property
     def values(self) -> dict[str, float]:
         """The unknowns by name, in SI units."""
         pairs = zip(self.model.unknowns, self.z, strict=True)
         return {unknown.name: unknown.value(float(z)) for unknown, z in pairs}
-
-    @property
-    def untold(self) -> tuple[str, ...]:
-        """Unknowns that the recordings say nothing of: the posterior is the prior."""
-        variances = np.diag(self.covariance)
-        names = [unknown.name for unknown in self.model.unknowns]
-        return tuple(n for n, v in zip(names, variances, strict=True) if v > TOLD)
 
     @property
     def deviations(self) -> dict[str, float]:
@@ -99,7 +91,7 @@ def fit(
     most: int = MOST_STEPS,
     hopeless: float = -np.inf,
     free: NDArray[np.bool_] | None = None,
-    watch: Callable[[int, float], None] = lambda step, value: None,
+    likelihood: Likelihood | None = None,
 ) -> Fit:
     """Climb the log posterior by Gauss-Newton steps, damped where they do not climb.
 
@@ -110,7 +102,7 @@ def fit(
         hopeless: log evidence that must be within reach; a fit that cannot get there by ten times
             what its next step promises stops.
         free: which unknowns may move, (p,); all without.
-        watch: is told each step's number and log posterior.
+        likelihood: another one of the same unknowns than that of the innovations.
 
     Raises:
         ValueError: the model has no likelihood where the fit begins.
@@ -118,21 +110,21 @@ def fit(
     p = len(model.unknowns)
     z = np.zeros(p) if start is None else np.asarray(start, float).copy()
     moving = np.ones(p, bool) if free is None else free
+    at = partial(evaluate, model) if likelihood is None else likelihood
     with np.errstate(all="ignore"):
-        here = evaluate(model, z)
+        here = at(z)
     if not np.all(np.isfinite(here.information)):
         raise ValueError("the model runs away where the fit begins")
     score = here.log_likelihood - 0.5 * float(z @ z)
-    damping, step, idle = 0.0, 0, 0
+    damping, idle = 0.0, 0
     best = here, score, z
     code: Code = "stopped"
-    for step in range(1, most + 1):
-        watch(step, score)
-        moved, damping, promise = _climbed(model, z, here, score, moving, damping)
+    for _ in range(most):
+        moved, damping, promise = _climbed(model, at, z, here, score, moving, damping)
         if promise < ENOUGH:
             code = "converged"
             break
-        found = None if moved is None else _with_derivatives(model, moved)
+        found = None if moved is None else _with_derivatives(at, moved)
         if moved is None or found is None:
             break
         z = moved
@@ -151,47 +143,14 @@ def fit(
         code = "ran away"
     return Fit(
         model, z, np.asarray(np.linalg.inv(H)), here.log_likelihood, score, _evidence(score, H),
-        code, step,
+        code,
     )  # fmt: skip
 
 
-def ascend(
-    model: Model, z: Array, steps: int, free: NDArray[np.bool_] | None = None
-) -> tuple[float, Array]:
-    """Return log posterior and values after so many steps of a fit, fewer where none climbs.
-
-    A fit without its end: nothing is known of the posterior about the place.
-
-    Args:
-        model: with its unknowns and recordings.
-        z: where to begin, (p,).
-        steps: at most.
-        free: which unknowns may move, (p,); all without.
-
-    Raises:
-        ValueError: the model has no likelihood where it begins.
-    """
-    moving = np.ones(len(z), bool) if free is None else free
-    damping, best = 0.0, (-np.inf, z)
-    for _ in range(steps):
-        with np.errstate(all="ignore"):
-            here = evaluate(model, z)
-        score = here.log_likelihood - 0.5 * float(z @ z)
-        if not np.all(np.isfinite(here.information)):
-            raise ValueError("the model runs away where the fit begins")
-        best = max(best, (score, z), key=lambda pair: pair[0])
-        moved, damping, _ = _climbed(model, z, here, score, moving, damping)
-        if moved is None:
-            return best
-        z = moved
-    with np.errstate(all="ignore"):
-        last = evaluate(model, z, derivatives=False).log_likelihood - 0.5 * float(z @ z)
-    return max(best, (last, z), key=lambda pair: pair[0])
-
-
 def _climbed(
-    model: Model, z: Array, here: Value, score: float, moving: NDArray[np.bool_], damping: float
-) -> tuple[Array | None, float, float]:
+    model: Model, at: Likelihood, z: Array, here: Value, score: float, moving: NDArray[np.bool_],
+    damping: float,
+) -> tuple[Array | None, float, float]:  # fmt: skip
     """Return where a step climbs to, (p,), if one does, the next damping, and what was promised."""
     H = _hessian(here, moving)
     g = np.where(moving, here.gradient - z, 0.0)
@@ -202,7 +161,7 @@ def _climbed(
         if promise < ENOUGH:
             break
         moved = z + _within_reach(model, delta)
-        if _climbs(model, moved, score, here):
+        if _climbs(at, moved, score, here):
             return moved, damping / 10 if damping > 1e-6 else 0.0, promise
         damping = max(10 * damping, 1e-3)
     return None, damping, promise
@@ -234,7 +193,7 @@ def _within_reach(model: Model, delta: Array) -> Array:
     return out / max(1.0, float(np.max(np.abs(out) / reach)))
 
 
-def _climbs(model: Model, z: Array, score: float, here: Value) -> bool:
+def _climbs(at: Likelihood, z: Array, score: float, here: Value) -> bool:
     """Return whether the model is likelier at other values.
 
     Derivatives cost ten times as much, and are not asked for; averages are those from where it is.
@@ -242,17 +201,17 @@ def _climbs(model: Model, z: Array, score: float, here: Value) -> bool:
     try:
         # a step may lead anywhere; where nothing is finite it is not taken
         with np.errstate(all="ignore"):
-            found = evaluate(model, z, False, [run.averages for run in here.runs])
+            found = at(z, False, [run.averages for run in here.runs])
     except (ValueError, np.linalg.LinAlgError):
         return False
     return found.log_likelihood - 0.5 * float(z @ z) > score
 
 
-def _with_derivatives(model: Model, z: Array) -> Value | None:
+def _with_derivatives(at: Likelihood, z: Array) -> Value | None:
     """Return the model at a place with derivatives, None where it has none."""
     try:
         with np.errstate(all="ignore"):
-            found = evaluate(model, z)
+            found = at(z)
     except (ValueError, np.linalg.LinAlgError):
         return None
     return found if np.all(np.isfinite(found.information)) else None

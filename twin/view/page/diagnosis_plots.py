@@ -130,7 +130,7 @@ def alternatives(diagnosis: Diagnosis) -> Plot:
 
 
 def _behind(finding: Finding) -> float:
-    return max(-finding.delta_log_evidence or finding.delta_bic / 2, 0.0)
+    return max(-finding.delta_log_evidence, 0.0)
 
 
 def screening(diagnosis: Diagnosis) -> Plot:
