@@ -17,9 +17,10 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -30,7 +31,7 @@ import twin
 from experiments.concealed.case import case_name, generate
 from experiments.concealed.tables import combination_of
 from experiments.concealed.versions import versions
-from experiments.instrument_faults import NUISANCES, STRENGTHS, Setting
+from experiments.instrument_faults import AT_SENSOR, NUISANCES, STRENGTHS, Array, Change, Setting
 from twin.campaign import campaign
 from twin.diagnosis.pipeline import diagnose
 from twin.files import write_whole
@@ -109,24 +110,49 @@ def _structural(seed: int) -> Iterator[int]:
 def work(task: Task) -> dict[str, Any]:
     """Return the verdict, the findings and how long it took."""
     case = case_name(task.number, task.table)
-    folder = task.folder / "recordings"
-    if not (folder / case / "test_2.csv").exists():
-        generate(task.number, task.seed, folder, task.folder / "sealed", task.table)
-    change = NUISANCES[task.name][0]
+    sound = task.folder / "recordings"
+    made(task, sound)
+    change, at_sensor = NUISANCES[task.name][0], task.name in AT_SENSOR
+    spoilt = task.folder / f"{task.name} {task.strength:g}" if at_sensor else sound
+    if at_sensor:
+        made(task, spoilt, partial(_sensors, change, task.strength))
 
     def faulty(path: Path) -> Recording:
         recording = twin.read(path)
+        if at_sensor:
+            return recording
         columns = {n: np.array(recording.column(n)) for n in recording.names}
         draw = np.random.default_rng([task.seed, task.number, len(path.name), ord(path.stem[-1])])
         setting = Setting(task.strength, recording.sampling_hz, draw)
         return Recording.build(recording.sampling_hz, change(columns, setting), recording.source)
 
-    train = [faulty(p) for p in sorted((folder / case).glob("train_*.csv"))]
-    test = [twin.read(p) for p in sorted((folder / case).glob("test_*.csv"))]
+    train = [faulty(p) for p in sorted((spoilt / case).glob("train_*.csv"))]
+    test = [twin.read(p) for p in sorted((sound / case).glob("test_*.csv"))]
     found = diagnose(twin.Twin.load(MODEL), train, test)
     places = [(f.mechanism.name, f.location) for f in found.findings]
     scored = score(task, places, found.notes)
     return {"verdict": found.verdict, **scored, "seconds": round(found.seconds)}
+
+
+def made(task: Task, folder: Path, sensors: Callable[[Array, float], Array] | None = None) -> None:
+    """Write the recordings of a task's case into a folder that has not got them.
+
+    Args:
+        task: its case.
+        folder: gets them.
+        sensors: what the accelerometers do to the accelerations.
+    """
+    case = case_name(task.number, task.table)
+    if not (folder / case / "test_2.csv").exists():
+        sealed = task.folder / "sealed"
+        generate(task.number, task.seed, folder, sealed, task.table, sensors=sensors)
+
+
+def _sensors(change: Change, strength: float, accelerations: Array, rate: float) -> Array:
+    """Return the accelerations, (samples, floors), as faulty sensors give them."""
+    columns = {f"acc_floor{i}": x for i, x in enumerate(accelerations.T, 1)}
+    given = change(columns, Setting(strength, rate, np.random.default_rng(0)))
+    return np.column_stack(list(given.values()))
 
 
 def score(task: Task, places: list[tuple[str, str]], notes: Any) -> dict[str, Any]:
