@@ -27,6 +27,7 @@ from twin.diagnosis.valleys import Score
 from twin.errors import ModelError
 from twin.estimation.fit import Fit
 from twin.mechanisms.mechanism import Law
+from twin.model.linear import LinearModel
 
 Array = NDArray[np.float64]
 
@@ -54,11 +55,15 @@ QUIET = -4.0
 
 @dataclass(frozen=True)
 class Fitted:
-    """A hypothesis and its maximum; ``log_odds`` is its evidence less what the set costs."""
+    """A hypothesis and its maximum; ``log_odds`` is its evidence less what the set costs.
+
+    ``tau`` is the share of the samples that count.
+    """
 
     hypothesis: Hypothesis
     found: Simulated
     log_odds: float
+    tau: float
 
 
 @dataclass(frozen=True)
@@ -88,10 +93,8 @@ def search_by_simulation(
     """
     empty = Hypothesis(problem)
     begin = np.zeros(len(empty.unknowns))
-    first = _climbed(OutputError(empty), begin)
-    tau = independent_share(OutputError(empty).residuals(first.z))
-    first = _climbed(OutputError(empty, tau), begin)
-    nothing = best = Fitted(empty, first, first.log_evidence)
+    nothing = best = _calibrated(empty, begin)
+    tau = nothing.tau
     tried: list[Fitted] = []
     screened = []
     for step in range(MOST):
@@ -113,7 +116,7 @@ def search_by_simulation(
             fitted = climb(OutputError(grown, tau), z, STEPS)
             if fitted is not None:
                 odds = fitted.log_evidence - cost * len(grown.mechanisms)
-                fits.append(Fitted(grown, fitted, odds))
+                fits.append(Fitted(grown, fitted, odds, tau))
         tried += fits
         top = max(fits, key=lambda f: f.log_odds, default=best)
         if top.log_odds <= best.log_odds + ENOUGH:
@@ -130,6 +133,13 @@ def search_by_simulation(
     return Searched(found, stated)
 
 
+def calibrated_model(problem: Problem) -> LinearModel:
+    """Return the twin without laws whose simulation comes nearest to the recordings."""
+    empty = Hypothesis(problem)
+    z = _calibrated(empty, np.zeros(len(empty.unknowns))).found.z
+    return problem.base(z[: len(problem.base_unknowns)])
+
+
 def loosened(nothing: Explanation, tolerance: float) -> Explanation:
     """Return the calibrated twin with its masses, stiffnesses and dampings freed.
 
@@ -144,7 +154,15 @@ def loosened(nothing: Explanation, tolerance: float) -> Explanation:
     z = np.zeros(len(free.unknowns))
     tau = independent_share(OutputError(free).residuals(nothing.fit.z))
     found = _climbed(OutputError(free, tau), z)
-    return explanation(Fitted(free, found, found.log_evidence))
+    return explanation(Fitted(free, found, found.log_evidence, tau))
+
+
+def _calibrated(empty: Hypothesis, begin: Array) -> Fitted:
+    """Return the twin without laws, fitted with the samples that count for its own rest."""
+    first = _climbed(OutputError(empty), begin)
+    tau = independent_share(OutputError(empty).residuals(first.z))
+    first = _climbed(OutputError(empty, tau), begin)
+    return Fitted(empty, first, first.log_evidence, tau)
 
 
 def _climbed(model: OutputError, z: Array) -> Simulated:
