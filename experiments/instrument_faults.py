@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import bilinear, lfilter
 
+from experiments.concealed.chain import delayed
+
 Array = NDArray[np.float64]
 Columns = dict[str, Array]
 STRENGTHS = (0.3, 1.0, 3.0)
@@ -118,10 +120,7 @@ def gain(c: Columns, s: Setting) -> Columns:
 
 def late(c: Columns, s: Setting) -> Columns:
     """A channel half a millisecond late."""
-    x = c["acc_floor1"]
-    f = np.fft.rfftfreq(2 * len(x), 1 / s.rate)
-    turned = np.fft.rfft(x, 2 * len(x)) * np.exp(-2j * np.pi * f * 5e-4 * s.strength)
-    return c | {"acc_floor1": np.fft.irfft(turned, 2 * len(x))[: len(x)]}
+    return c | {"acc_floor1": delayed(c["acc_floor1"], 5e-4 * s.strength, s.rate)}
 
 
 def saturated(c: Columns, s: Setting) -> Columns:
@@ -145,7 +144,9 @@ def wandering(c: Columns, s: Setting) -> Columns:
     return c | {"acc_floor2": x + 0.1 * s.strength * rms(x) * walk}
 
 
-NUISANCES: dict[str, tuple[Callable[[Columns, Setting], Columns], tuple[str, ...]]] = {
+Change = Callable[[Columns, Setting], Columns]
+
+NUISANCES: dict[str, tuple[Change, tuple[str, ...]]] = {
     "hum": (hum, ("acc_floor1", "acc_floor2")),
     "pink noise": (pink, ("acc_floor1", "acc_floor2")),
     "bent baseline": (bend, ("acc_floor1", "acc_floor2")),
@@ -162,6 +163,11 @@ NUISANCES: dict[str, tuple[Callable[[Columns, Setting], Columns], tuple[str, ...
     "random walk": (wandering, ("acc_floor2",)),
 }
 """What is wrong, and the channels that have it."""
+
+AT_SENSOR = frozenset({"resonance", "late"})
+"""What happens to the accelerations before any filter and sampler. Done to the samples, a bilinear
+rule would bend the resonance near half their rate, and a shift would take for band-limited what no
+filter has limited: neither is what an instrument does."""
 
 
 def _both(c: Columns, added: Callable[[Array], Array]) -> Columns:

@@ -17,9 +17,10 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -30,7 +31,7 @@ import twin
 from experiments.concealed.case import case_name, generate
 from experiments.concealed.tables import combination_of
 from experiments.concealed.versions import versions
-from experiments.instrument_faults import NUISANCES, STRENGTHS, Setting
+from experiments.instrument_faults import AT_SENSOR, NUISANCES, STRENGTHS, Array, Change, Setting
 from twin.campaign import campaign
 from twin.diagnosis.pipeline import diagnose
 from twin.files import write_whole
@@ -38,6 +39,7 @@ from twin.recording import Recording
 
 MODEL = "two_storey_lumped"
 SEED = 5100
+"""Of the cases that count; a set to develop on has another one (--seed)."""
 MEASURED = "measurement"
 """Verdict of the mechanisms that are an instrument's."""
 
@@ -52,6 +54,7 @@ class Task:
         number: of the case.
         folder: that keeps recordings and truths.
         table: of the case: "none", or "single" where an effect is concealed.
+        seed: of the campaign.
     """
 
     name: str
@@ -59,10 +62,16 @@ class Task:
     number: int
     folder: Path
     table: str = "none"
+    seed: int = SEED
 
 
 def tasks(
-    names: list[str], strengths: list[float], draws: int, folder: Path, effect: bool
+    names: list[str],
+    strengths: list[float],
+    draws: int,
+    folder: Path,
+    effect: bool,
+    seed: int = SEED,
 ) -> dict[str, Task]:
     """Return the cases by name; the number of each does not depend on what else is asked for.
 
@@ -75,24 +84,25 @@ def tasks(
                 number = draw * len(every) + every.index(name)
                 if effect:
                     turn = number * len(STRENGTHS) + STRENGTHS.index(strength)
-                    number = structural_number(turn)
+                    number = structural_number(turn, seed)
                 else:
                     number += 1
                 key = f"{name}, {strength:g}" + (f", draw {draw + 1}" if draw else "")
-                found[key] = Task(name, strength, number, folder, "single" if effect else "none")
+                table = "single" if effect else "none"
+                found[key] = Task(name, strength, number, folder, table, seed)
     return found
 
 
-def structural_number(turn: int) -> int:
+def structural_number(turn: int, seed: int = SEED) -> int:
     """Return the number of the case of ``single`` with the turn-th structural effect, from 0."""
-    return next(number for i, number in enumerate(_structural()) if i == turn)
+    return next(number for i, number in enumerate(_structural(seed)) if i == turn)
 
 
-def _structural() -> Iterator[int]:
+def _structural(seed: int) -> Iterator[int]:
     number = 0
     while True:
         number += 1
-        (name, _), *_ = combination_of("single", number, SEED)
+        (name, _), *_ = combination_of("single", number, seed)
         if not name.startswith("sensor_"):
             yield number
 
@@ -100,24 +110,49 @@ def _structural() -> Iterator[int]:
 def work(task: Task) -> dict[str, Any]:
     """Return the verdict, the findings and how long it took."""
     case = case_name(task.number, task.table)
-    folder = task.folder / "recordings"
-    if not (folder / case / "test_2.csv").exists():
-        generate(task.number, SEED, folder, task.folder / "sealed", task.table)
-    change = NUISANCES[task.name][0]
+    sound = task.folder / "recordings"
+    made(task, sound)
+    change, at_sensor = NUISANCES[task.name][0], task.name in AT_SENSOR
+    spoilt = task.folder / f"{task.name} {task.strength:g}" if at_sensor else sound
+    if at_sensor:
+        made(task, spoilt, partial(_sensors, change, task.strength))
 
     def faulty(path: Path) -> Recording:
         recording = twin.read(path)
+        if at_sensor:
+            return recording
         columns = {n: np.array(recording.column(n)) for n in recording.names}
-        draw = np.random.default_rng([SEED, task.number, len(path.name), ord(path.stem[-1])])
+        draw = np.random.default_rng([task.seed, task.number, len(path.name), ord(path.stem[-1])])
         setting = Setting(task.strength, recording.sampling_hz, draw)
         return Recording.build(recording.sampling_hz, change(columns, setting), recording.source)
 
-    train = [faulty(p) for p in sorted((folder / case).glob("train_*.csv"))]
-    test = [twin.read(p) for p in sorted((folder / case).glob("test_*.csv"))]
+    train = [faulty(p) for p in sorted((spoilt / case).glob("train_*.csv"))]
+    test = [twin.read(p) for p in sorted((sound / case).glob("test_*.csv"))]
     found = diagnose(twin.Twin.load(MODEL), train, test)
     places = [(f.mechanism.name, f.location) for f in found.findings]
     scored = score(task, places, found.notes)
     return {"verdict": found.verdict, **scored, "seconds": round(found.seconds)}
+
+
+def made(task: Task, folder: Path, sensors: Callable[[Array, float], Array] | None = None) -> None:
+    """Write the recordings of a task's case into a folder that has not got them.
+
+    Args:
+        task: its case.
+        folder: gets them.
+        sensors: what the accelerometers do to the accelerations.
+    """
+    case = case_name(task.number, task.table)
+    if not (folder / case / "test_2.csv").exists():
+        sealed = task.folder / "sealed"
+        generate(task.number, task.seed, folder, sealed, task.table, sensors=sensors)
+
+
+def _sensors(change: Change, strength: float, accelerations: Array, rate: float) -> Array:
+    """Return the accelerations, (samples, floors), as faulty sensors give them."""
+    columns = {f"acc_floor{i}": x for i, x in enumerate(accelerations.T, 1)}
+    given = change(columns, Setting(strength, rate, np.random.default_rng(0)))
+    return np.column_stack(list(given.values()))
 
 
 def score(task: Task, places: list[tuple[str, str]], notes: Any) -> dict[str, Any]:
@@ -137,7 +172,7 @@ def score(task: Task, places: list[tuple[str, str]], notes: Any) -> dict[str, An
               "noted": bool(named | noted)}  # fmt: skip
     if task.table == "none":
         return {**result, "right": not structural}
-    (effect,) = combination_of("single", task.number, SEED)
+    (effect,) = combination_of("single", task.number, task.seed)
     spurious = sum(p != effect for p in structural)
     return {**result, "concealed": " ".join(effect), "right": structural[:1] == [effect],
             "spurious": spurious}  # fmt: skip
@@ -195,15 +230,17 @@ def main() -> None:
     parser.add_argument("--only", action="append", choices=list(NUISANCES))
     parser.add_argument("--draws", type=int, default=1, help="of each nuisance and strength")
     parser.add_argument("--effect", action="store_true", help="conceal one structural effect")
+    parser.add_argument("--seed", type=int, default=SEED, help="of another set of cases")
     parser.add_argument("--to", type=Path, help="JSON, for the proof's page")
     parser.add_argument("--workers", type=int, default=1)
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
     every = tasks(given.only or list(NUISANCES), given.strength or list(STRENGTHS), given.draws,
-                  given.out, given.effect)  # fmt: skip
+                  given.out, given.effect, given.seed)  # fmt: skip
     kind = "effect" if given.effect else "none"
     file = given.out / ("effects.jsonl" if given.effect else "results.jsonl")
     identity = "effects under nuisances" if given.effect else "nuisances"
+    identity += "" if given.seed == SEED else f", seed {given.seed}"
     with ProcessPoolExecutor(given.workers, mp_context=get_context("spawn")) as pool:
         results = campaign(work, every, pool, file, identity,
                            lambda done, total: print(f"{done} of {total}", flush=True))  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ from .frames import nominal_of, write_model
 from .mechanisms import Mechanism
 from .motions import motion
 from .nearest import explained_share, port_of
-from .plans import Test, draw_plan, on_ground
+from .plans import FINE_HZ, Test, draw_plan, on_ground
 from .rig import Array, Rig
 from .seal import seal
 from .structures.cases import generate_structure
@@ -127,7 +128,7 @@ def from_truth(truth: dict[str, Any]) -> Case:
 
 def generate(
     number: int, seed: int, folder: Path, sealed: Path, table: str = "single",
-    nominal: Rig | None = None,
+    nominal: Rig | None = None, sensors: Callable[[Array, float], Array] | None = None,
 ) -> str:  # fmt: skip
     """Write the recordings of a case and its truth.
 
@@ -139,6 +140,8 @@ def generate(
         sealed: gets case_0007.json.
         table: one of ``KNOWN``; "none" conceals nothing.
         nominal: the rig before its scatter; None for the table's own.
+        sensors: what the accelerometers do to accelerations, (samples, floors), at a rate [Hz],
+            before any filter; None for sound ones.
 
     Returns:
         The SHA-256 of the truth.
@@ -170,7 +173,8 @@ def generate(
         share = explained_share(case.mechanism, port)
         case = replace(case, evidence=(*case.evidence, ("explained", share)))
     for test, (drive, seen, _) in zip(case.plan, runs, strict=True):
-        recording = measure(case.chain, test, drive, seen, case.effects, case.recorded, rng)
+        given = seen if sensors is None else sensors(seen, FINE_HZ)
+        recording = measure(case.chain, test, drive, given, case.effects, case.recorded, rng)
         write_recording(recording, folder / case.name / f"{test.name}.csv")
     write_model(nominal, folder / case.name)
     return seal(sealed / f"{case.name}.json", case.truth(number, seed))

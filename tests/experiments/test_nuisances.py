@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.signal import csd
 
 import twin
 from experiments import nuisances
@@ -108,3 +109,33 @@ def test_the_page_shows_both_kinds_once_they_are_kept(tmp_path):
     assert one["rows"][0][1:] == ["1 of 1", "-", "1 of 2", "3 of 3"]
     assert "2 of 3" in one["title"]
     assert other["rows"][0][1:] == ["-", "1 of 1", "-", "0 of 1"]
+
+
+def test_a_late_sensor_is_late_before_the_filter_and_noise_is_not(tmp_path, monkeypatch):
+    task = nuisances.tasks(["late"], [3.0], 1, tmp_path, False)["late, 3"]
+    given = []
+
+    def quick(model, train, test):
+        given.append((train, test))
+        return SimpleNamespace(findings=[], notes=[], verdict="", seconds=1.2)
+
+    monkeypatch.setattr(nuisances, "diagnose", quick)
+    nuisances.work(task)
+    (train, test), folder = given[0], tmp_path / "recordings" / f"none_{task.number:04d}"
+    sound = [twin.read(folder / f"train_{i + 1}.csv") for i in range(len(train))]
+    for faulty, clean in zip(train, sound, strict=True):
+        assert faulty.column("acc_floor2") == pytest.approx(clean.column("acc_floor2"))
+        x, late = clean.column("acc_floor1"), faulty.column("acc_floor1")
+        f, cross = csd(x, late, clean.sampling_hz, nperseg=1024)
+        here = np.argmax(np.abs(cross))
+        assert -np.angle(cross[here]) / (2 * np.pi * f[here]) == pytest.approx(1.5e-3, rel=0.05)
+    assert [t.source for t in test] == ["test_1.csv", "test_2.csv"]
+
+
+def test_a_loose_sensor_rings_at_its_own_frequency():
+    rate = 4096.0
+    impulse = np.zeros(8192)
+    impulse[0] = 1.0
+    loose = NUISANCES["resonance"][0]({"acc_floor2": impulse}, Setting(1.0, rate, None))
+    spectrum = np.abs(np.fft.rfft(loose["acc_floor2"]))
+    assert np.argmax(spectrum) * rate / len(impulse) == pytest.approx(60, abs=1)

@@ -53,7 +53,7 @@ def diagnose(
     tolerance: Annotated[
         float | None,
         typer.Option(
-            "--tolerance", min=0.01, max=20.0,
+            "--tolerance", min=0.01, max=100.0,
             help="How well masses and stiffnesses of the model are known [%]; by default what "
             "the recordings show, 1 at least.",
         ),

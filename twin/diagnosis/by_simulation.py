@@ -30,6 +30,7 @@ from twin.diagnosis.valleys import WIDTH, Score
 from twin.errors import ModelError
 from twin.estimation.fit import Fit
 from twin.mechanisms.mechanism import Law
+from twin.model.linear import LinearModel
 
 Array = NDArray[np.float64]
 
@@ -54,10 +55,7 @@ def search_by_simulation(
         tell: is told each step.
     """
     empty = Hypothesis(problem)
-    begin = np.zeros(len(empty.unknowns))
-    first = _calibrated(OutputError(empty), begin)
-    tau = independent_share(OutputError(empty).residuals(first.z))
-    first = _calibrated(OutputError(empty, tau), begin)
+    first, tau = _counted(empty)
     nothing = best = Explanation(empty, first, first.log_evidence)
     tried: list[Explanation] = []
     screened = []
@@ -114,7 +112,22 @@ def loosened(nothing: Explanation, tolerance: float) -> Explanation:
     return with_noise(Explanation(free, found, found.log_evidence))
 
 
+def calibrated_model(problem: Problem) -> LinearModel:
+    """Return the twin without laws whose simulation comes nearest to the recordings."""
+    found, _ = _counted(Hypothesis(problem))
+    return problem.base(found.z[: len(problem.base_unknowns)])
+
+
+def _counted(empty: Hypothesis) -> tuple[Fit, float]:
+    """Return the twin without laws, fitted, and the share of the samples that count for it."""
+    begin = np.zeros(len(empty.unknowns))
+    first = _calibrated(OutputError(empty), begin)
+    tau = independent_share(OutputError(empty).residuals(first.z))
+    return _calibrated(OutputError(empty, tau), begin), tau
+
+
 def _calibrated(model: OutputError, z: Array) -> Fit:
+    """Return a fit from z, (p,)."""
     try:
         return model.fitted(z)
     except ValueError:

@@ -25,6 +25,7 @@ from twin.diagnosis.predict import predictors
 from twin.diagnosis.prepare import DAMPING_TOLERANCE, UNKNOWN, Prepared, prepare
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.result import Diagnosis, Finding
+from twin.diagnosis.round_numbers import has_round_numbers
 from twin.diagnosis.search import Found, search
 from twin.diagnosis.valleys import Score
 from twin.diagnosis.verdict import Judgement, judge
@@ -102,6 +103,9 @@ def diagnose(
     if unknown:
         tolerance = max(tolerance or 0.0, UNKNOWN)
     ready = prepare(twin, train, test, tolerance, loose, added_mass)
+    if tolerance is None and ready.shaken:
+        clock("asking how well the numbers are known")
+        ready = _as_known(ready, prepare(twin, train, test, UNKNOWN, UNKNOWN, added_mass))
     clock("calibrating the twin")
     if ready.simulated:
         found = search_by_simulation(
@@ -146,6 +150,22 @@ def diagnose(
         seconds=clock.seconds,
         steps=dict(clock.steps),
     )
+
+
+def _as_known(ready: Prepared, anything: Prepared) -> Prepared:
+    """Return a shaken structure as its recordings show that it is known, the user saying nothing.
+
+    Args:
+        ready: with numbers that are known well.
+        anything: with numbers that may be anything.
+    """
+    if not has_round_numbers(anything.train):
+        return ready
+    note = (
+        "natural frequencies of the model are off by more than one local effect explains: its "
+        "numbers are taken as unknown; --tolerance says it otherwise"
+    )
+    return replace(anything, notes=(*anything.notes, note))
 
 
 def _calibrated(found: Found) -> Explanation:

@@ -42,9 +42,12 @@ LEAST_PERIODS = 4.0
 """Periods of the slowest mode that the recordings must last together: its frequency is then known
 to better than its half-power width for a damping of a tenth."""
 
-HARDLY_KNOWN = 0.1
+HALF_POWER = 0.05
+"""Half-power width of a mode over its frequency, that of a damping ratio of 2.5 %."""
+
+HARDLY_KNOWN = 2 * HALF_POWER
 """Tolerance from which a shaken structure's numbers count as hardly known: its frequencies then
-scatter by 5 %, the half-power width of a mode with as much damping as half of it."""
+scatter by the half-power width."""
 
 SEEN_ABOVE = 0.02
 """Prior deviation of the logarithm of a noise level that a thousand samples above the band show,
@@ -66,6 +69,7 @@ class Prepared:
         kinds: channel -> quantity.
         faults: of instruments, as the training recordings' samples show them.
         notes: what the reader should know.
+        shaken: whether the ground alone drives the structure.
         simulated: whether hypotheses are judged by their simulation: the ground alone shakes a
             structure whose numbers are hardly known.
     """
@@ -76,6 +80,7 @@ class Prepared:
     kinds: Mapping[str, str]
     faults: tuple[ReadOff, ...]
     notes: tuple[str, ...]
+    shaken: bool = False
     simulated: bool = False
 
 
@@ -150,7 +155,9 @@ def prepare(
     )
     notes += [*known, *checked(twin, train_problem)]
     faults = tuple(f for _, found in read[: len(train)] for f in found)
-    return Prepared(twin, train_problem, test_problem, kinds, faults, tuple(notes), simulated)
+    return Prepared(
+        twin, train_problem, test_problem, kinds, faults, tuple(notes), shaken, simulated
+    )
 
 
 def _in_band(
