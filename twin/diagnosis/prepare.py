@@ -18,6 +18,7 @@ from twin.diagnosis.nominal import checked, with_known
 from twin.diagnosis.order import in_words, read_order
 from twin.diagnosis.problem import Between, Measured, Problem
 from twin.diagnosis.read_off import ReadOff, read_off
+from twin.diagnosis.shown import in_shown_band, inputs_of, refuse_what_moves_nothing
 from twin.errors import RecordingError, available
 from twin.estimation.likelihood import passes
 from twin.mechanisms.scales import range_ends
@@ -130,6 +131,10 @@ def prepare(
     everything, rate = list(band.recordings), band.recordings[0].sampling_hz
     notes += band.notes
     model = twin.linear(inputs, outputs, rate / USED_BAND)
+    refuse_what_moves_nothing(everything, model)
+    if not simulated:
+        everything = in_shown_band(everything, model, notes)
+        rate = everything[0].sampling_hz
     _masses(model, added_mass or {})
     slowest = _slowest(model)
     kinds = {n: r.channel(n).kind for r in everything for n in (*inputs, *outputs) if has(r, n)}
@@ -205,10 +210,7 @@ def _measured(
     recording: Recording, model: LinearModel, kinds: Mapping[str, str], slowest: float | None,
     mass: Mapping[str, float], notes: list[str],
 ) -> Measured:  # fmt: skip
-    u = np.column_stack(
-        [recording.column(n) if has(recording, n) else np.zeros(recording.samples)
-         for n in model.inputs]
-    )  # fmt: skip
+    u = inputs_of(recording, model)
     y = recording.matrix(model.outputs) - model.rest
     for column, name in enumerate(model.outputs):
         if kinds[name] == "acc":
