@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from estimation_support import CUBIC, FRICTION, TwoMasses, shaken
 
+from twin.estimation.averages import averages_at, unknown_forces
 from twin.estimation.kalman import gains, start_covariances
-from twin.estimation.passing import averages_at, run, unknown_forces
+from twin.estimation.passing import run
 from twin.estimation.sensitivities import plants_of
 
 PORTS = ((1.0, 0.0),)

@@ -11,6 +11,7 @@ from twin.diagnosis.beginning import attempted
 from twin.diagnosis.between import again
 from twin.diagnosis.drawing import odds_of
 from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.problem import LINEAR_PHASE
 from twin.estimation.fit import Fit, fit
 
 Array = NDArray[np.float64]
@@ -50,13 +51,27 @@ def explained(h: Hypothesis, z: Array, cost: float, top: Explanation) -> Explana
     spent = cost * len(h.mechanisms)
     # another tolerance may be worth as much to this one
     least = top.log_odds + spent - (odds_of(top.hypothesis, top.fit) - top.fit.log_evidence)
-    try:
-        h, found = again(h, fit(h, z, hopeless=least), steps=0)
-    except (ValueError, np.linalg.LinAlgError):
-        return None
-    if not np.isfinite(found.log_evidence):
-        return None
-    return Explanation(h, found, odds_of(h, found) - spent)
+    fits = []
+    for option in seen_otherwise(h):
+        try:
+            other, found = again(option, fit(option, z, hopeless=least), steps=0)
+        except (ValueError, np.linalg.LinAlgError):
+            continue
+        if np.isfinite(found.log_evidence):
+            fits.append(Explanation(other, found, odds_of(other, found) - spent))
+    return max(fits, key=lambda e: e.log_odds, default=None)
+
+
+def seen_otherwise(h: Hypothesis) -> tuple[Hypothesis, ...]:
+    """Return a hypothesis with its laws simulated, and with laws that follow the motion.
+
+    Where a law jumps it matters: a simulation sees the analyser's filter, but does not repeat a
+    motion that hits stops, nor one that a force moves which nobody measured.
+    """
+    if not h.blurred:
+        return (h,)
+    filters = (h.problem.low_pass or LINEAR_PHASE, None)
+    return tuple(replace(h, problem=replace(h.problem, low_pass=f)) for f in filters)
 
 
 def from_prior_noise(best: Explanation) -> Explanation:

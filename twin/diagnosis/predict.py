@@ -1,33 +1,25 @@
 """What a fitted hypothesis predicts: free runs, two seconds ahead, and what noise alone does.
 
-A free run starts from the estimated state before the first sample: with the innovations e(k) of the
-predictor and their slopes H(k) with respect to that state, whose prior covariance is P, the maximum
-of its posterior is where
-
-    x0 + P sum_k H_k^T S_k^-1 e_k = 0
-
-(fixed-point smoothing; Anderson and Moore 1979, section 7.2). With laws that are not linear e and H
-depend on x0, so it is found by Gauss-Newton steps, with the predictor of a state that is known to
-begin with.
+A free run starts from the estimated state before the first sample.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.problem import Problem
+from twin.estimation.averages import averages_at
 from twin.estimation.kalman import Gains, gains
-from twin.estimation.likelihood import gaussian
 from twin.estimation.model import Assembly, Trial
-from twin.estimation.passing import LawAverages, Run, averages_at, open_loop, run
+from twin.estimation.passing import LawAverages, Run, open_loop, run
 from twin.estimation.sensitivities import plants_of
+from twin.estimation.start import estimated_start, root_of
 from twin.estimation.system import Noise, Sampled
 from twin.mechanisms.mechanism import ChannelFault, Mechanism
 
@@ -35,14 +27,6 @@ Array = NDArray[np.float64]
 
 WINDOW_S = 2.0
 """Length of the windows of a prediction ahead [s]."""
-
-BEGINNING = 1024
-"""Samples that tell of the state before the first one, ten time constants of a mode with 1 % of
-damping at a sixtieth of the sampling rate; what comes later a predictor has forgotten."""
-
-STEPS, ENOUGH = 30, 0.01
-"""Passes to find that state at most, and the gain in log posterior [nat] below which one is not
-worth another."""
 
 HOPELESS = 1e6
 """Error that stands for a motion that diverges: JSON has no infinity."""
@@ -80,34 +64,7 @@ class Predictor:
     @cached_property
     def start(self) -> Array:
         """The estimated state before the first sample, (n,)."""
-        first, root = self._first, _root(self.noise.start)
-        blur = self.averages.blur
-        averages = LawAverages(
-            self.averages.equivalent, None if blur is None else blur[: len(first.y)]
-        )
-        known = replace(self.noise, start=0 * self.noise.start)
-        gain = gains(self.plant, known, equivalent=averages.equivalent, missing=first.missing)
-
-        @lru_cache(maxsize=1)
-        def passed(s: tuple[float, ...]) -> tuple[Array, Array]:
-            """Return the whitened innovations with the prior's rows, and their slopes."""
-            with np.errstate(all="ignore"):
-                x0 = root @ np.array(s)
-                result = run(self.here, first, self.plant, gain, x0=x0, dx0=root, averages=averages)
-            part = gaussian(result, first)
-            slopes = np.vstack([part.whitened(result.de), np.eye(len(s))])
-            return np.concatenate([part.white.ravel(), s]), slopes
-
-        found = least_squares(
-            lambda s: passed(tuple(s))[0], np.zeros(root.shape[1]),
-            lambda s: passed(tuple(s))[1], ftol=ENOUGH / first.y.size, max_nfev=STEPS,
-        )  # fmt: skip
-        return np.asarray(root @ found.x)
-
-    @property
-    def _first(self) -> Trial:
-        own = self.trial
-        return Trial(own.u[:BEGINNING], own.between[:BEGINNING], own.y[:BEGINNING], own.step_s)
+        return estimated_start(self.here, self.trial, self.plant, self.noise, self.averages)
 
     def free(self, u: Array | None = None) -> Array:
         """Return the free run, with other inputs where given, (samples, m)."""
@@ -219,15 +176,10 @@ def noise_floors(beside: Sequence[Predictor], seed: int = 0) -> tuple[float, flo
         shaken = u + rng.standard_normal(u.shape) * predictor.noise.held[: u.shape[1]]
         blur = (
             rng.standard_normal((len(y), len(predictor.plant.A)))
-            @ _root(predictor.gain.predicted).T
+            @ root_of(predictor.gain.predicted).T
         )
         free += float(np.sum((predictor.free() - predictor.free(shaken)) ** 2)) + noise
         near += float(np.sum((predictor.ahead() - predictor.ahead(shaken, blur)) ** 2)) + noise
         power += float(np.nansum(y**2))
     found = np.nan_to_num(np.sqrt(np.array([free, near]) / power), nan=HOPELESS, posinf=HOPELESS)
     return float(min(found[0], HOPELESS)), float(min(found[1], HOPELESS))
-
-
-def _root(covariance: Array) -> Array:
-    values, vectors = np.linalg.eigh((covariance + covariance.T) / 2)
-    return np.asarray(vectors * np.sqrt(np.maximum(values, 0)))

@@ -14,11 +14,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.estimation.averages import averages_at
 from twin.estimation.density import Part, density
 from twin.estimation.kalman import gains
 from twin.estimation.model import Assembly, Model, Trial
 from twin.estimation.parallel import each
-from twin.estimation.passing import LawAverages, Run, averages_at, run
+from twin.estimation.passing import LawAverages, Run, run
 from twin.estimation.sensitivities import STEP, Slopes, plants_of, slopes_of
 from twin.estimation.system import Sampled
 

@@ -1,23 +1,19 @@
-"""The predictor's pass over one recording, and what laws do on the average of its motion.
+"""The predictor's pass over one recording.
 
-Where a law jumps an output is more uncertain than its noise, by variances B that the forces
-themselves tell (``Model.blur``): the innovations' covariance S there is S + B, and the predictor
-believes it less, by S (S + B)^-1. The forces are those of a pass without B. Where a recording
-begins the state is hardly known, and so are they: by half their difference between both ends of
-what it may be.
+Where an output is more uncertain than its noise, by variances B, the innovations' covariance S
+there is S + B, and the predictor believes it less, by S (S + B)^-1.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.estimation.kalman import EquivalentLinear, Gains, gains, start_covariances
+from twin.estimation.kalman import EquivalentLinear, Gains
 from twin.estimation.laws import addresses
-from twin.estimation.model import Assembly, Model, Trial
+from twin.estimation.model import Assembly, Trial
 from twin.estimation.sensitivities import (
     Slopes,
     gain_matrices,
@@ -30,7 +26,7 @@ from twin.estimation.sensitivities import (
 )
 from twin.estimation.simulated import filtered, simulate
 from twin.estimation.stepping import predict
-from twin.estimation.system import Noise, Sampled, System, transition
+from twin.estimation.system import Sampled, System
 
 Array = NDArray[np.float64]
 
@@ -47,11 +43,13 @@ class LawAverages:
         equivalent: what they add to the linear system, for the gains.
         blur: variances of the outputs beside their noise's, (samples, m).
         slopes: k and c of each law's k d + c v, (l, 2); none where they are not known.
+        start: state from which laws are simulated, (n,); rest without.
     """
 
     equivalent: EquivalentLinear | None = None
     blur: Array | None = None
     slopes: Array | None = None
+    start: Array | None = None
 
     def tangent(self, system: System) -> Array:
         """Return what the laws do on the average, as forces of a system's state, (l, n)."""
@@ -127,8 +125,9 @@ def run(
     codes, dnumbers = addresses(assembly.laws), d.numbers
     if plant.driven is not None:
         told = p if dx0 is not None else d.numbers.shape[2]
+        begun = averages.start if x0 is None and averages.start is not None else first
         more, du = _simulated(
-            codes, numbers, plant, trial, first, memories, begin_s, ramps, assembly.scales,
+            codes, numbers, plant, trial, begun, memories, begin_s, ramps, assembly.scales,
             d.simulated, d.numbers, dfirst[:, :told], z,
         )  # fmt: skip
         f[:], none = more[:, :laws], 0 * more[:, laws:]
@@ -183,98 +182,6 @@ def _trust(gain: Gains, blur: Array | None) -> Array:
     wide[:, range(m), range(m)] += blur[hit]
     trust[hit] = np.linalg.solve(wide, S[hit]).swapaxes(1, 2)
     return trust
-
-
-def averages_at(model: Model, here: Assembly, plants: Sequence[Sampled], index: int) -> LawAverages:
-    """Return what the laws do on the average of a recording, by a pass that knows nothing of it.
-
-    Their forces are replaced by k d + c v with the least mean square error.
-    """
-    if not here.laws:
-        return LawAverages(blur=here.blurs[index] if here.blurs else None)
-    plant, trial = plants[here.which[index]], here.trials[index]
-    if plant.driven is not None:
-        return LawAverages(
-            blur=_ringing(model, here, plant.system, trial) if model.blurred else None
-        )
-    passed = run(here, trial, plant, gains(plant, here.noises[index], missing=trial.missing))
-    system = plant.system
-    if not (np.all(np.isfinite(passed.f)) and np.all(np.isfinite(passed.x))):
-        return LawAverages()  # laws that run away here: another step will not go there
-    blur = model.blur(passed.f, system) if model.blurred else None
-    slopes = np.zeros((len(here.laws), 2))
-    for j, row in enumerate(system.drift):
-        motion = np.column_stack([passed.x @ row, passed.x @ system.rate[j]])
-        size = np.maximum(np.sqrt(np.mean(motion**2, axis=0)), 1e-300)
-        slopes[j] = np.linalg.lstsq(motion / size, passed.f[:, j], rcond=None)[0] / size
-    tangent = LawAverages(slopes=slopes).tangent(system)
-    if not np.all(np.isfinite(tangent)):
-        return LawAverages(None, blur)
-    with np.errstate(all="ignore"):  # laws that run away here: another step will not go there
-        bent = system.A + system.E @ tangent
-        whole = transition(bent, np.zeros((len(bent), 0)), plant.steps * plant.step_s, 0)[0]
-    equivalent = EquivalentLinear(whole - plant.whole, system.F @ tangent)
-    if not (np.all(np.isfinite(equivalent.whole)) and np.all(np.isfinite(equivalent.C))):
-        return LawAverages(None, blur)
-    if blur is not None:
-        unknown = unknown_forces(here, passed, here.noises[index], equivalent, tangent)
-        blur = blur + unknown**2 @ (system.F**2).T
-    return LawAverages(equivalent, blur, slopes)
-
-
-def _ringing(model: Model, here: Assembly, system: System, trial: Trial) -> Array:
-    """Return variances of outputs, (samples, m), because a filtered input rings about its jumps.
-
-    A law that holds follows the ringing with its force, as far as it can; the force that was
-    filtered did not ring.
-    """
-    size = np.zeros(len(here.laws))
-    for j, law in enumerate(here.laws):
-        _, d, v = here.scales[j]
-        size[j] = abs(float(law.force(d, v, 0.0, 0.0, *here.numbers[j, : law.count])))
-    held = np.einsum("ln,nr->lr", system.rate, system.B)
-    held /= np.einsum("ln,nl->l", system.rate, system.E)[:, None]
-    return np.minimum(model.blur(trial.u @ held.T, system), size**2 @ (system.F**2).T)
-
-
-def unknown_forces(
-    here: Assembly, passed: Run, noise: Noise, equivalent: EquivalentLinear, tangent: Array
-) -> Array:
-    """Return how uncertain laws' forces are because the first state was, (samples, l).
-
-    What linear forces have of it is left out, for that is in the gains.
-
-    Args:
-        here: the laws.
-        passed: a pass over the recording.
-        noise: its levels.
-        equivalent: what they add to the linear system.
-        tangent: the same as forces of the state, (l, n).
-    """
-    out = np.zeros_like(passed.f)
-    plant = passed.sampled
-    try:
-        gain = gains(plant, noise, equivalent=equivalent)
-    except (ValueError, np.linalg.LinAlgError):
-        return out
-    more = start_covariances(plant, noise, gain, equivalent)[: len(out)] - gain.predicted
-    k = len(more)
-    time = np.arange(k) * here.trials[0].step_s
-
-    def deviation(row: Array) -> Array:
-        return np.asarray(np.sqrt(np.maximum(np.einsum("i,kij,j->k", row, more, row), 0.0)))
-
-    for j, law in enumerate(here.laws):
-        d, v = plant.system.drift[j], plant.system.rate[j]
-        x, numbers = passed.x[:k], here.numbers[j, : law.count]
-        below, above = (
-            law.force(x @ d + s * deviation(d), x @ v + s * deviation(v), passed.z[:k, j], time,
-                      *numbers)
-            for s in (-1.0, 1.0)
-        )  # fmt: skip
-        half = np.abs(np.broadcast_to(above - below, k)) / 2
-        out[:k, j] = np.maximum(half - deviation(tangent[j]), 0.0)
-    return out
 
 
 def open_loop(gain: Gains) -> Gains:

@@ -1,0 +1,119 @@
+"""What laws do on the average of a recording's motion, and where their simulation begins.
+
+Where a law jumps an output is more uncertain than its noise, by variances that the forces
+themselves tell (``Model.blur``); the forces are those of a pass without them. Where a recording
+begins the state is hardly known, and so are they: by half their difference between both ends of
+what it may be.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.estimation.kalman import EquivalentLinear, gains, start_covariances
+from twin.estimation.model import Assembly, Model, Trial
+from twin.estimation.passing import LawAverages, Run, run
+from twin.estimation.start import estimated_start
+from twin.estimation.system import Noise, Sampled, System, transition
+
+Array = NDArray[np.float64]
+
+START_STEPS = 3
+"""Gauss-Newton steps to the state that a simulation begins with: of a linear structure one is
+enough, and evaluations follow one another."""
+
+
+def averages_at(model: Model, here: Assembly, plants: Sequence[Sampled], index: int) -> LawAverages:
+    """Return what the laws do on the average of a recording, by a pass that knows nothing of it.
+
+    Their forces are replaced by k d + c v with the least mean square error.
+    """
+    if not here.laws:
+        return LawAverages(blur=here.blurs[index] if here.blurs else None)
+    plant, trial = plants[here.which[index]], here.trials[index]
+    if plant.driven is not None:
+        blur = _ringing(model, here, plant.system, trial) if model.blurred else None
+        known = LawAverages(blur=blur)
+        start = estimated_start(here, trial, plant, here.noises[index], known, START_STEPS)
+        return LawAverages(blur=blur, start=start)
+    passed = run(here, trial, plant, gains(plant, here.noises[index], missing=trial.missing))
+    system = plant.system
+    if not (np.all(np.isfinite(passed.f)) and np.all(np.isfinite(passed.x))):
+        return LawAverages()  # laws that run away here: another step will not go there
+    blur = model.blur(passed.f, system) if model.blurred else None
+    slopes = np.zeros((len(here.laws), 2))
+    for j, row in enumerate(system.drift):
+        motion = np.column_stack([passed.x @ row, passed.x @ system.rate[j]])
+        size = np.maximum(np.sqrt(np.mean(motion**2, axis=0)), 1e-300)
+        slopes[j] = np.linalg.lstsq(motion / size, passed.f[:, j], rcond=None)[0] / size
+    tangent = LawAverages(slopes=slopes).tangent(system)
+    if not np.all(np.isfinite(tangent)):
+        return LawAverages(None, blur)
+    with np.errstate(all="ignore"):  # laws that run away here: another step will not go there
+        bent = system.A + system.E @ tangent
+        whole = transition(bent, np.zeros((len(bent), 0)), plant.steps * plant.step_s, 0)[0]
+    equivalent = EquivalentLinear(whole - plant.whole, system.F @ tangent)
+    if not (np.all(np.isfinite(equivalent.whole)) and np.all(np.isfinite(equivalent.C))):
+        return LawAverages(None, blur)
+    if blur is not None:
+        unknown = unknown_forces(here, passed, here.noises[index], equivalent, tangent)
+        blur = blur + unknown**2 @ (system.F**2).T
+    return LawAverages(equivalent, blur, slopes)
+
+
+def _ringing(model: Model, here: Assembly, system: System, trial: Trial) -> Array:
+    """Return variances of outputs, (samples, m), because a filtered input rings about its jumps.
+
+    A law that holds follows the ringing with its force, as far as it can; the force that was
+    filtered did not ring.
+    """
+    size = np.zeros(len(here.laws))
+    for j, law in enumerate(here.laws):
+        _, d, v = here.scales[j]
+        size[j] = abs(float(law.force(d, v, 0.0, 0.0, *here.numbers[j, : law.count])))
+    held = np.einsum("ln,nr->lr", system.rate, system.B)
+    held /= np.einsum("ln,nl->l", system.rate, system.E)[:, None]
+    return np.minimum(model.blur(trial.u @ held.T, system), size**2 @ (system.F**2).T)
+
+
+def unknown_forces(
+    here: Assembly, passed: Run, noise: Noise, equivalent: EquivalentLinear, tangent: Array
+) -> Array:
+    """Return how uncertain laws' forces are because the first state was, (samples, l).
+
+    What linear forces have of it is left out, for that is in the gains.
+
+    Args:
+        here: the laws.
+        passed: a pass over the recording.
+        noise: its levels.
+        equivalent: what they add to the linear system.
+        tangent: the same as forces of the state, (l, n).
+    """
+    out = np.zeros_like(passed.f)
+    plant = passed.sampled
+    try:
+        gain = gains(plant, noise, equivalent=equivalent)
+    except (ValueError, np.linalg.LinAlgError):
+        return out
+    more = start_covariances(plant, noise, gain, equivalent)[: len(out)] - gain.predicted
+    k = len(more)
+    time = np.arange(k) * here.trials[0].step_s
+
+    def deviation(row: Array) -> Array:
+        return np.asarray(np.sqrt(np.maximum(np.einsum("i,kij,j->k", row, more, row), 0.0)))
+
+    for j, law in enumerate(here.laws):
+        d, v = plant.system.drift[j], plant.system.rate[j]
+        x, numbers = passed.x[:k], here.numbers[j, : law.count]
+        below, above = (
+            law.force(x @ d + s * deviation(d), x @ v + s * deviation(v), passed.z[:k, j], time,
+                      *numbers)
+            for s in (-1.0, 1.0)
+        )  # fmt: skip
+        half = np.abs(np.broadcast_to(above - below, k)) / 2
+        out[:k, j] = np.maximum(half - deviation(tangent[j]), 0.0)
+    return out

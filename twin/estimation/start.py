@@ -1,0 +1,95 @@
+"""The state before the first sample, from the samples that follow.
+
+With the innovations e(k) of the predictor and their slopes H(k) with respect to that state, whose
+prior covariance is P, the maximum of its posterior is where
+
+    x0 + P sum_k H_k^T S_k^-1 e_k = 0
+
+(fixed-point smoothing; Anderson and Moore 1979, section 7.2). With laws that are not linear e and H
+depend on x0, so it is found by damped Gauss-Newton steps, with the predictor of a state that is
+known to begin with.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.estimation.density import density
+from twin.estimation.kalman import gains
+from twin.estimation.model import Assembly, Trial
+from twin.estimation.passing import LawAverages, run
+from twin.estimation.system import Noise, Sampled
+
+Array = NDArray[np.float64]
+
+BEGINNING = 1024
+"""Samples that tell of the state before the first one, ten time constants of a mode with 1 % of
+damping at a sixtieth of the sampling rate; what comes later a predictor has forgotten."""
+
+STEPS, ENOUGH = 30, 0.01
+"""Passes to find that state at most, and the gain in log posterior [nat] below which one is not
+worth another."""
+
+FIRST_DAMPING = 1e-6
+"""Of the steps, to begin with; ten times as much where one does not climb."""
+
+
+def estimated_start(
+    here: Assembly, trial: Trial, plant: Sampled, noise: Noise, averages: LawAverages,
+    steps: int = STEPS,
+) -> Array:  # fmt: skip
+    """Return the state before the first sample with the greatest posterior, (n,).
+
+    Args:
+        here: for laws and numbers.
+        trial: the recording.
+        plant: its sampled system.
+        noise: levels, and the prior covariance of that state.
+        averages: what the laws do on the average.
+        steps: passes at most.
+    """
+    first = Trial(trial.u[:BEGINNING], trial.between[:BEGINNING], trial.y[:BEGINNING],
+                  trial.step_s)  # fmt: skip
+    root = root_of(noise.start)
+    blur = averages.blur
+    averages = replace(averages, blur=None if blur is None else blur[:BEGINNING])
+    known = replace(noise, start=0 * noise.start)
+    gain = gains(plant, known, equivalent=averages.equivalent, missing=first.missing)
+
+    def passed(s: Array) -> tuple[float, Array, Array]:
+        """Return half the sum of squares, the whitened innovations and their slopes."""
+        with np.errstate(all="ignore"):
+            result = run(here, first, plant, gain, x0=root @ s, dx0=root, averages=averages)
+        try:
+            part = density(result.e, first.y, result.gains.innovation, averages.blur)
+        except ValueError:
+            return np.inf, np.zeros(0), np.zeros((0, len(s)))
+        slopes = part.whitened(result.de)
+        cost = 0.5 * float(np.sum(part.white**2) + s @ s)
+        if not (np.isfinite(cost) and np.all(np.isfinite(slopes))):
+            return np.inf, np.zeros(0), np.zeros((0, len(s)))
+        return cost, part.white.ravel(), slopes
+
+    s, damping = np.zeros(root.shape[1]), FIRST_DAMPING
+    cost, white, slopes = passed(s)
+    for _ in range(steps):
+        H = slopes.T @ slopes + np.eye(len(s))
+        step = np.linalg.solve(H + damping * np.diag(np.diag(H)), -(slopes.T @ white + s))
+        other = passed(s + step)
+        if not other[0] < cost:
+            damping *= 10
+            continue
+        gained, s, damping = cost - other[0], s + step, damping / 10
+        cost, white, slopes = other
+        if gained < ENOUGH:
+            break
+    return np.asarray(root @ s)
+
+
+def root_of(covariance: Array) -> Array:
+    """Return a square root of a covariance, (n, n)."""
+    values, vectors = np.linalg.eigh((covariance + covariance.T) / 2)
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0)))
