@@ -13,6 +13,7 @@ from twin.diagnosis.drawing import odds_of
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.problem import LINEAR_PHASE
 from twin.estimation.fit import Fit, fit
+from twin.mechanisms.mechanism import Disturbance, Law
 
 Array = NDArray[np.float64]
 
@@ -66,9 +67,10 @@ def seen_otherwise(h: Hypothesis) -> tuple[Hypothesis, ...]:
     """Return a hypothesis with its laws simulated, and with laws that follow the motion.
 
     Where a law jumps it matters: a simulation sees the analyser's filter, but does not repeat a
-    motion that hits stops, nor one that a force moves which nobody measured.
+    motion that hits stops, nor one that a force moves which nobody measured. What is added to a law
+    that jumps and is no force leaves that as it was.
     """
-    if not h.blurred:
+    if not h.blurred or not isinstance(h.mechanisms[-1], Law | Disturbance):
         return (h,)
     filters = (h.problem.low_pass or LINEAR_PHASE, None)
     return tuple(replace(h, problem=replace(h.problem, low_pass=f)) for f in filters)
