@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from diagnosis_support import rng, tones
 
-from twin.diagnosis.between import again, choose, in_words
+from twin.diagnosis.between import again, choose, filter_in_words, in_words
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.prepare import prepare
 from twin.estimation.fit import fit
+from twin.estimation.low_pass import LowPass
+from twin.mechanisms.coulomb_friction import CoulombFriction
 from twin.model import Twin
 from twin.recording import Recording
 
@@ -54,3 +56,12 @@ def test_a_wrong_choice_is_mended_once_the_twin_fits(problem):
     same, kept = again(found, fitted)
     assert same is found
     assert kept is fitted
+
+
+def test_how_a_jump_is_seen_is_said_where_a_law_jumps(problem):
+    assert filter_in_words(Hypothesis(problem)) == ()
+    rubs = Hypothesis(problem, (CoulombFriction("storey1", 0.1),))
+    assert "edge 0.5 of the sampling rate" in filter_in_words(rubs)[0]
+    for low_pass, words in ((LowPass(0.8, 8), "Butterworth's of order 8"), (None, "follow")):
+        (said,) = filter_in_words(replace(rubs, problem=replace(problem, low_pass=low_pass)))
+        assert words in said

@@ -1,5 +1,6 @@
 """Laws that are simulated and filtered, beside an integration in fine steps and scipy's filter."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -8,7 +9,7 @@ from estimation_support import FRICTION, RATE_HZ, TwoMasses, two_masses
 from scipy.signal import resample_poly
 
 from twin.estimation.fit import fit
-from twin.estimation.likelihood import passes
+from twin.estimation.likelihood import evaluate, passes
 from twin.estimation.low_pass import LowPass
 from twin.estimation.model import Trial
 from twin.estimation.system import transition
@@ -78,6 +79,18 @@ def test_the_force_of_friction_is_found_from_half_of_it_and_from_twice_as_much(f
     found = fit(of, start, 40)
     assert found.values["law 0 number 0"] == pytest.approx(FORCE, rel=0.01)
     assert found.values["stiffness"] == pytest.approx(400.0, rel=0.002)
+
+
+def test_a_simulation_begins_with_the_motion_that_a_recording_begins_with():
+    whole, first = recorded(), 213
+    cut = Trial(*(part[first:] for part in (whole.u, whole.between, whole.y)), whole.step_s)
+    of = TwoMasses((cut,), (FRICTION,), PORTS, steps=4, low_pass=LowPass(1.0))
+    here = evaluate(of, truth(of), derivatives=False)
+    rest = [replace(run.averages, start=None) for run in here.runs]
+    from_rest = evaluate(of, truth(of), derivatives=False, averages=rest)
+    assert here.log_likelihood > from_rest.log_likelihood + 100
+    e = here.runs[0].e[20:-20]
+    assert np.all(np.sqrt(np.mean(e**2, axis=0)) < 1.5 * left(LowPass(1.0)))
 
 
 class Ringing(TwoMasses):

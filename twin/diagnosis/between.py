@@ -109,6 +109,18 @@ def in_words(problem: Problem) -> str:
     return "; ".join(f"{who} taken as {KINDS[kind]}" for kind, who in names.items() if who)
 
 
+def filter_in_words(hypothesis: Hypothesis) -> tuple[str, ...]:
+    """Say how forces that jump are seen; nothing where none does."""
+    if not hypothesis.blurred:
+        return ()
+    seen = hypothesis.problem.low_pass
+    if seen is None:
+        return ("laws that jump follow the estimated motion; their jumps count for less",)
+    kind = f"Butterworth's of order {seen.order}" if seen.order else "of linear phase"
+    edge = f"{seen.cut_off / 2:g} of the sampling rate"
+    return (f"laws that jump are simulated, and seen through a low-pass {kind}, its edge {edge}",)
+
+
 def _groups(hypothesis: Hypothesis) -> list[list[Problem]]:
     """Return what else measured inputs, motors' commands and the analyser's filter could do."""
     problem, groups = hypothesis.problem, []
