@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from twin.diagnosis.candidates import Candidate
 from twin.diagnosis.hypothesis import Hypothesis
-from twin.estimation.fit import MOST_STEPS, Fit, fit
+from twin.estimation.fit import ENOUGH, MOST_STEPS, Fit, fit
 from twin.estimation.likelihood import evaluate
 from twin.estimation.model import Model
 from twin.mechanisms.mechanism import Mechanism
@@ -85,11 +85,12 @@ def likeliest(model: Model, options: Sequence[Array]) -> tuple[float, Array]:
 
 
 def attempted(
-    model: Model, z: Array, steps: int = MOST_STEPS, hopeless: float = -np.inf
-) -> Fit | None:
+    model: Model, z: Array, steps: int = MOST_STEPS, hopeless: float = -np.inf,
+    enough: float = ENOUGH,
+) -> Fit | None:  # fmt: skip
     """Return a fit, None where the model has no likelihood to begin with."""
     try:
-        return fit(model, z, steps, hopeless)
+        return fit(model, z, steps, hopeless, enough=enough)
     except (ValueError, np.linalg.LinAlgError):
         return None
 

@@ -111,7 +111,7 @@ def in_words(problem: Problem) -> str:
 
 def filter_in_words(hypothesis: Hypothesis) -> tuple[str, ...]:
     """Say how forces that jump are seen; nothing where none does."""
-    if not hypothesis.blurred:
+    if not hypothesis.jumps:
         return ()
     seen = hypothesis.problem.low_pass
     if seen is None:
@@ -133,7 +133,7 @@ def _groups(hypothesis: Hypothesis) -> list[list[Problem]]:
             for kind in KINDS
         )
         groups.append([replace(problem, between=b) for b in several if b != problem.between])
-    if hypothesis.blurred:
+    if hypothesis.jumps:
         groups.append([replace(problem, low_pass=f) for f in FILTERS if f != problem.low_pass])
     return groups
 

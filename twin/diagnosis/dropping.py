@@ -12,7 +12,8 @@ from twin.diagnosis.beginning import attempted, beginnings, likeliest
 from twin.diagnosis.between import FEW
 from twin.diagnosis.explanation import Explanation, explained
 from twin.diagnosis.hypothesis import Hypothesis
-from twin.diagnosis.portion import SURE, beginning_of, on_a_part
+from twin.diagnosis.portion import ROUGH, SURE, beginning_of, on_a_part
+from twin.estimation.fit import Fit
 
 Array = NDArray[np.float64]
 
@@ -22,9 +23,9 @@ def without_needless(
 ) -> Explanation:
     """Drop mechanisms that are not needed any more, the least needed first."""
     while len(best.hypothesis.mechanisms) > 1:
-        options = []
+        options, with_all = [], on_part(best)
         for index in range(len(best.hypothesis.mechanisms) - 1):
-            fewer = dropped(best, index, cost, tuple(tried.values()))
+            fewer = dropped(best, index, cost, tuple(tried.values()), with_all)
             if fewer is not None:
                 tried.setdefault(tuple(sorted(fewer.labels)), fewer)
                 options.append(fewer)
@@ -36,8 +37,9 @@ def without_needless(
 
 
 def dropped(
-    best: Explanation, index: int, cost: float, tried: Sequence[Explanation] = ()
-) -> Explanation | None:
+    best: Explanation, index: int, cost: float, tried: Sequence[Explanation] = (),
+    with_all: Fit | None = None,
+) -> Explanation | None:  # fmt: skip
     """Return the explanation without one of its mechanisms, fitted again.
 
     None where none comes near, or a part of the samples settles that it is needed. One fit begins
@@ -53,7 +55,7 @@ def dropped(
         if e.labels and set(e.labels) <= kept:
             then = dict(zip((u.name for u in e.hypothesis.unknowns), e.fit.z, strict=True))
             options.append(np.array([then.get(u.name, known[u.name]) for u in fewer.unknowns]))
-    if _needed(best, fewer, options):
+    if with_all is not None and _needed(with_all, fewer, options):
         return None
     starts = _starts(fewer, options)
     fits = [explained(fewer, z, cost, best) for z in starts]
@@ -93,21 +95,21 @@ def _starts(fewer: Hypothesis, options: Sequence[Array]) -> list[Array]:
     return [near, *wide]
 
 
-def _needed(best: Explanation, fewer: Hypothesis, options: Sequence[Array]) -> bool:
+def on_part(best: Explanation) -> Fit | None:
+    """Return an explanation fitted to a part of the samples, None where the part is no less."""
+    part = on_a_part(best.hypothesis)
+    return None if part is None else attempted(part, best.fit.z, enough=ROUGH)
+
+
+def _needed(with_all: Fit, fewer: Hypothesis, options: Sequence[Array]) -> bool:
     """Return whether a part of the samples settles that the mechanism that is gone is needed.
 
     The likelihood of the larger of two nested models never falls behind with more samples, on the
     average.
     """
-    whole, part = on_a_part(best.hypothesis), on_a_part(fewer)
-    if whole is None or part is None:
-        return False
-    with_it = attempted(whole, best.fit.z)
-    if with_it is None:
-        return False
-    least = with_it.log_evidence - SURE
+    part, least = beginning_of(fewer), with_all.log_evidence - SURE
     for z in _starts(part, options):
-        found = attempted(part, z, hopeless=least)
+        found = attempted(part, z, hopeless=least, enough=ROUGH)
         if found is not None and found.log_evidence > least:
             return False
     return True

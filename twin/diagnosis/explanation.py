@@ -67,10 +67,11 @@ def seen_otherwise(h: Hypothesis) -> tuple[Hypothesis, ...]:
     """Return a hypothesis with its laws simulated, and with laws that follow the motion.
 
     Where a law jumps it matters: a simulation sees the analyser's filter, but does not repeat a
-    motion that hits stops, nor one that a force moves which nobody measured. What is added to a law
-    that jumps and is no force leaves that as it was.
+    motion that a force moves which nobody measured. Where forces have corners alone it is not
+    asked: a filter shows them nearly as they are, and blows at stops let every error grow. What is
+    added to a law that jumps and is no force leaves that as it was.
     """
-    if not h.blurred or not isinstance(h.mechanisms[-1], Law | Disturbance):
+    if not h.jumps or not isinstance(h.mechanisms[-1], Law | Disturbance):
         return (h,)
     filters = (h.problem.low_pass or LINEAR_PHASE, None)
     return tuple(replace(h, problem=replace(h.problem, low_pass=f)) for f in filters)

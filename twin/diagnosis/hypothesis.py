@@ -95,11 +95,9 @@ class Hypothesis:
     def smeared(self) -> tuple[str, ...]:
         """Outputs that see the force of a law that jumps: there stands a discrepancy, too."""
         model = self.problem.model
-        rows = [model.port(law.place) for law in self._abrupt]
-        inverse = np.linalg.inv(model.M)
         seen = np.zeros(len(model.outputs))
-        for row in rows:
-            moved = inverse @ row
+        for law in self._abrupt:
+            moved = np.linalg.solve(model.M, model.port(law.place))
             through = np.abs(model.Ca @ moved) / np.linalg.norm(moved)
             seen = np.maximum(seen, through / np.maximum(np.max(np.abs(model.Ca), axis=1), 1e-300))
         return tuple(n for n, s in zip(model.outputs, seen, strict=True) if s > SEEN)
@@ -111,8 +109,13 @@ class Hypothesis:
 
     @property
     def blurred(self) -> bool:
-        """Whether a law jumps."""
+        """Whether a law has corners."""
         return bool(self._abrupt)
+
+    @property
+    def jumps(self) -> bool:
+        """Whether the force of a law jumps."""
+        return any(law.jumps for law in self._abrupt)
 
     @property
     def doubted(self) -> tuple[str, ...]:
@@ -203,7 +206,7 @@ class Hypothesis:
         return Assembly(
             systems, which, tuple(noises), compiled, numbers, scales, self._steps(scales),
             problem.held, self._trials(mechanisms),
-            low_pass=problem.low_pass if self.blurred else None,
+            low_pass=problem.low_pass if self.jumps else None,
         )  # fmt: skip
 
     def _around(self, place: str) -> tuple[float, float, float]:
@@ -232,7 +235,7 @@ class Hypothesis:
     def _start(self, trial: int, plant: Plant) -> Array:
         """Return the covariance of the state before the first sample."""
         own, total = len(self.problem.scale[trial]), plant.coordinates
-        w = self._rates
+        w = np.maximum(np.sqrt(np.abs(np.diag(self.problem.model.K))), 2 * np.pi * SLOWEST_HZ)
         q = START_WIDTH * self.problem.scale[trial] + TINY
         variance = np.zeros(2 * total)
         variance[:own], variance[total : total + own] = q**2, (q * w) ** 2
@@ -245,11 +248,6 @@ class Hypothesis:
         out[range(2 * total), range(2 * total)] = variance
         out[2 * total :, 2 * total :] = plant.start
         return out
-
-    @cached_property
-    def _rates(self) -> Array:
-        w = np.sqrt(np.abs(np.diag(self.problem.model.K)))
-        return np.asarray(np.maximum(w, 2 * np.pi * SLOWEST_HZ))
 
     @cached_property
     def _kept(self) -> dict[tuple[float, ...], tuple[Any, ...]]:

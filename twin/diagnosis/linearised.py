@@ -77,7 +77,7 @@ class Linearised:
     @property
     def filtered(self) -> bool:
         """Whether the rest is what an analyser shows of it, and so band-limited."""
-        return self.hypothesis.blurred and self.problem.low_pass is not None
+        return self.hypothesis.jumps and self.problem.low_pass is not None
 
     @property
     def laws(self) -> int:

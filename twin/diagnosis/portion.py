@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from twin.diagnosis.hypothesis import Hypothesis
+from twin.estimation.fit import MOST_STEPS
 
 PART = 1024
 """Samples of each recording that make the part: four seconds at 256 Hz, enough to tell resonances a
@@ -13,6 +14,10 @@ quarter of a hertz apart, and the blow of a hammer."""
 SURE = 20.0
 """Odds [nat] by which a part settles what the rest would say as well: what is behind by as much is
 right once in 5e8 cases."""
+
+ROUGH = SURE / MOST_STEPS
+"""Gain [nat] below which a step of a fit on the part is not worth another: as many as a fit may
+take would not bring what settles anything."""
 
 
 def beginning_of(hypothesis: Hypothesis) -> Hypothesis:

@@ -17,11 +17,11 @@ from twin.diagnosis.explanation import Explanation, explained, from_prior_noise
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.motion import Motion
 from twin.diagnosis.non_parametric import doubtful, in_place_of
-from twin.diagnosis.portion import SURE, beginning_of, on_a_part
+from twin.diagnosis.portion import ROUGH, SURE, beginning_of, on_a_part
 from twin.diagnosis.predict import predictors
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.screening import screen
-from twin.diagnosis.sizes import forces, inexact, known_forces, of_known
+from twin.diagnosis.sizes import forces, negligible
 from twin.diagnosis.valleys import WIDTH, Score
 from twin.estimation.fit import fit
 from twin.estimation.likelihood import evaluate
@@ -174,17 +174,12 @@ def _without_names(
 
 
 def _ends_in_a_trifle(best: Explanation) -> bool:
-    """Return whether the last mechanism found is smaller than the laws before it are inexact."""
-    mechanisms, z = best.hypothesis.at(best.fit.z), best.fit.z
-    if isinstance(mechanisms[-1], ChannelFault):
+    """Return whether the last mechanism found is smaller than what is left beside the others."""
+    hypothesis, z = best.hypothesis, best.fit.z
+    if isinstance(hypothesis.mechanisms[-1], ChannelFault):
         return False  # a channel's calibration says nothing of the structure
-    beside = predictors(best.hypothesis, z)
-    sizes = forces(best.hypothesis, z, beside)
-    known = known_forces(best.hypothesis, z, beside)
-    last = len(sizes) - 1
-    left = inexact(mechanisms, sizes, last, known)
-    left = max(left, of_known(best.hypothesis.problem, mechanisms[last], known))
-    return 0.0 < (sizes[last] or 0.0) < left
+    beside = predictors(hypothesis, z)
+    return negligible(hypothesis, best.fit, beside, forces(hypothesis, z, beside))[-1]
 
 
 def _families(here: Hypothesis, scores: Sequence[Score], cost: float) -> list[list[Score]]:
@@ -237,7 +232,7 @@ def _compared(
     found: dict[int, tuple[float, Array]] = {}
     for index, (h, z) in enumerate(grown):
         ahead = max((found[i][0] for i in found if gains[i] >= gains[index]), default=-np.inf)
-        part = attempted(beginning_of(h), z, hopeless=ahead - SURE)
+        part = attempted(beginning_of(h), z, hopeless=ahead - SURE, enough=ROUGH)
         found[index] = (-np.inf, z) if part is None else (part.log_evidence, part.z)
     return {
         index: z

@@ -38,7 +38,7 @@ FARTHEST = 8.0
 """Prior deviations beyond which a fit that has not converged ran away: by chance, one in 10^15."""
 
 PATIENCE = 3
-"""Steps in a row that may lose what they gained by the averages that follow them."""
+"""Steps in a row that may gain too little, or lose it by the averages that follow them."""
 
 MOST_STEPS = 25
 """Evaluations with derivatives of a fit at most, unless another number is asked for."""
@@ -92,6 +92,7 @@ def fit(
     hopeless: float = -np.inf,
     free: NDArray[np.bool_] | None = None,
     likelihood: Likelihood | None = None,
+    enough: float = ENOUGH,
 ) -> Fit:
     """Climb the log posterior by Gauss-Newton steps, damped where they do not climb.
 
@@ -103,6 +104,7 @@ def fit(
             what its next step promises stops.
         free: which unknowns may move, (p,); all without.
         likelihood: another one of the same unknowns than that of the innovations.
+        enough: gain in log posterior [nat] below which a step is not worth another.
 
     Raises:
         ValueError: the model has no likelihood where the fit begins.
@@ -110,7 +112,7 @@ def fit(
     p = len(model.unknowns)
     z = np.zeros(p) if start is None else np.asarray(start, float).copy()
     moving = np.ones(p, bool) if free is None else free
-    at = partial(evaluate, model) if likelihood is None else likelihood
+    at = partial(evaluate, model, free=free) if likelihood is None else likelihood
     with np.errstate(all="ignore"):
         here = at(z)
     if not np.all(np.isfinite(here.information)):
@@ -121,7 +123,7 @@ def fit(
     code: Code = "stopped"
     for _ in range(most):
         moved, damping, promise = _climbed(model, at, z, here, score, moving, damping)
-        if promise < ENOUGH:
+        if promise < enough:
             code = "converged"
             break
         found = None if moved is None else _with_derivatives(at, moved)
@@ -130,9 +132,9 @@ def fit(
         z = moved
         gained = found.log_likelihood - 0.5 * float(z @ z) - score
         here, score = found, score + gained
-        idle = 0 if score > best[1] else idle + 1
-        best = (here, score, z) if idle == 0 else best
-        if idle == PATIENCE or (abs(gained) < ENOUGH and damping == 0.0):
+        idle = 0 if score > best[1] + enough else idle + 1
+        best = (here, score, z) if score > best[1] else best
+        if idle == PATIENCE or (abs(gained) < enough and damping == 0.0):
             code = "converged"
             break
         if _evidence(best[1], _hessian(best[0], moving)) + 10 * max(gained, promise) < hopeless:

@@ -74,17 +74,20 @@ def evaluate(
     z: Array,
     derivatives: bool = True,
     averages: Sequence[LawAverages] | None = None,
+    free: NDArray[np.bool_] | None = None,
 ) -> Value:
     """Return the log likelihood at values z, (p,), and its derivatives unless they are not asked.
 
-    Arguments and errors are those of ``passes``.
+    Other arguments and errors are those of ``passes``; ``free`` says with respect to which
+    unknowns, (p,), all without, and others get 0.
     """
     here = model.assemble(z)
     plants = plants_of(here, model)
     known = averages or each(lambda i: averages_at(model, here, plants, i), len(here.trials))
     slopes = None
-    if derivatives:
-        slopes = slopes_of(model, z, here, plants, [a.equivalent for a in known])
+    moving = np.ones(len(model.unknowns), bool) if free is None else free
+    if derivatives and np.any(moving):
+        slopes = slopes_of(model, z, here, plants, [a.equivalent for a in known], moving)
     p = len(model.unknowns)
     log_likelihood, gradient, information = 0.0, np.zeros(p), np.zeros((p, p))
     runs: list[Run] = each(

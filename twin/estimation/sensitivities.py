@@ -98,6 +98,7 @@ def slopes_of(
     here: Assembly,
     plants: Sequence[Sampled],
     equivalents: Sequence[EquivalentLinear | None],
+    free: NDArray[np.bool_],
 ) -> tuple[Slopes, ...]:
     """Return the derivatives of each trial at z, by differences of assemblies.
 
@@ -107,10 +108,11 @@ def slopes_of(
         here: the model there.
         plants: its sampled systems.
         equivalents: what laws add to them for each trial's gains; taken as the same a step away.
+        free: with respect to which unknowns, (p,).
     """
     unknowns = model.unknowns
     moved: dict[int, tuple[Assembly, Sequence[Sampled]]] = {}
-    for group in _together(unknowns):
+    for group in _together(unknowns, free):
         near = z.copy()
         near[group] += STEP
         assembly = model.assemble(near)
@@ -118,16 +120,17 @@ def slopes_of(
         moved |= {index: (assembly, own) for index in group}
     return tuple(
         each(
-            lambda i: _of_trial(i, unknowns, here, plants, moved, equivalents[i]),
+            lambda i: _of_trial(i, unknowns, here, plants, moved, equivalents[i], free),
             len(model.trials),
         )
     )
 
 
-def _together(unknowns: Sequence[Unknown]) -> list[list[int]]:
-    """Return unknowns that may be moved at once: noise levels of different trials."""
+def _together(unknowns: Sequence[Unknown], free: NDArray[np.bool_]) -> list[list[int]]:
+    """Return free unknowns that may be moved at once: noise levels of different trials."""
     alone, places = [], dict[int, list[int]]()
-    for index, unknown in enumerate(unknowns):
+    for index in np.flatnonzero(free).tolist():
+        unknown = unknowns[index]
         if unknown.role == "noise" and unknown.trial is not None:
             places.setdefault(unknown.trial, []).append(index)
         else:
@@ -143,13 +146,16 @@ def _of_trial(
     plants: Sequence[Sampled],
     moved: dict[int, tuple[Assembly, Sequence[Sampled]]],
     equivalent: EquivalentLinear | None,
+    free: NDArray[np.bool_],
 ) -> Slopes:
     plant = plants[here.which[trial]]
     base = gains(plant, here.noises[trial], equivalent=equivalent)
     own = predicting(plant)
     step, read, gain = step_matrix(own), read_matrix(own), gain_matrices(base)
     simulation = simulation_matrix(plant)
-    columns = [i for i, u in enumerate(unknowns) if u.trial is None or u.trial == trial]
+    columns = [
+        i for i, u in enumerate(unknowns) if free[i] and (u.trial is None or u.trial == trial)
+    ]
     order = sorted(range(len(columns)), key=lambda i: ORDER.index(unknowns[columns[i]].role))
     p = len(columns)
     systems = sum(unknowns[i].role == "system" for i in columns)

@@ -46,6 +46,7 @@ class CoulombFriction(Law):
     reference: ClassVar[str] = "Coulomb 1785; Marino and Cicirello 2023"
     resolved_by: ClassVar[str] = "regular_rate"
     abrupt: ClassVar[bool] = True
+    jumps: ClassVar[bool] = True
 
     sliding_force: float = 0.0
     regular_rate: float = 1e-4

@@ -153,6 +153,7 @@ class Law(Mechanism):
     Attributes of the class:
         memory: 1 where the law has an internal state, else 0.
         abrupt: True where the force has corners, so that an integration needs finer steps.
+        jumps: True where the force itself jumps, which an analyser's filter shows as far from it.
         elastic: True where the force is a function of the displacement alone.
     """
 
@@ -160,6 +161,7 @@ class Law(Mechanism):
     resolved_by: ClassVar[str] = ""
     """Parameter that is no property of the structure: how sharply an estimate resolves a corner."""
     abrupt: ClassVar[bool] = False
+    jumps: ClassVar[bool] = False
     elastic: ClassVar[bool] = False
 
     law: ClassVar[Callable[..., Any]]

@@ -41,6 +41,7 @@ class PendulumFriction(Law):
     reference: ClassVar[str] = "Coulomb 1785"
     resolved_by: ClassVar[str] = "regular_rate"
     abrupt: ClassVar[bool] = True
+    jumps: ClassVar[bool] = True
 
     torque: float = 0.0
     regular_rate: float = 1e-3
