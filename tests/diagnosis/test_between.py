@@ -7,10 +7,12 @@ import pytest
 from diagnosis_support import rng, tones
 
 from twin.diagnosis.between import again, choose, filter_in_words, in_words
+from twin.diagnosis.explanation import seen_otherwise
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.prepare import prepare
 from twin.estimation.fit import fit
 from twin.estimation.low_pass import LowPass
+from twin.mechanisms.bumper import Bumper
 from twin.mechanisms.coulomb_friction import CoulombFriction
 from twin.model import Twin
 from twin.recording import Recording
@@ -65,3 +67,14 @@ def test_how_a_jump_is_seen_is_said_where_a_law_jumps(problem):
     for low_pass, words in ((LowPass(0.8, 8), "Butterworth's of order 8"), (None, "follow")):
         (said,) = filter_in_words(replace(rubs, problem=replace(problem, low_pass=low_pass)))
         assert words in said
+
+
+def test_only_a_law_whose_force_jumps_is_simulated_or_follows_the_motion(problem):
+    rubs = Hypothesis(problem, (CoulombFriction("storey1", 0.1),))
+    assert [h.problem.low_pass is None for h in seen_otherwise(rubs)] == [False, True]
+    stops = Hypothesis(problem, (Bumper("storey1", 1e3, 1e-3),), ({},))
+    assert seen_otherwise(stops) == (stops,)
+    assert stops.blurred
+    assert not stops.jumps
+    both = replace(stops, mechanisms=(*rubs.mechanisms, *stops.mechanisms))
+    assert len(seen_otherwise(both)) == 2

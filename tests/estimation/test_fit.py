@@ -130,3 +130,19 @@ def test_kinks_of_friction_do_not_stop_a_fit():
     found = fit(model, np.array([1.0, 1.5, 2.0, 1.0, -1.0]), most=40)
     assert found.code == "converged"
     assert abs(found.values["law 0 number 0"] - 0.6) < 5 * found.deviations["law 0 number 0"]
+
+
+def test_a_fit_that_need_not_be_exact_ends_sooner_and_near():
+    asked = []
+
+    def counted(z, *given):
+        asked.append(given)
+        return evaluate(model, z, *given)
+
+    model = cubic()
+    start = np.full(len(model.unknowns), 2.0) * [1, 1, -1, 1]
+    exact = fit(model, start, likelihood=counted)
+    steps = len(asked)
+    rough = fit(model, start, likelihood=counted, enough=2.0)
+    assert len(asked) - steps < steps
+    assert exact.log_posterior - 2.0 < rough.log_posterior <= exact.log_posterior

@@ -140,3 +140,17 @@ def test_information_is_the_spread_of_the_gradient():
     expected = np.mean([d.information for d in draws], axis=0)
     ratio = np.var(gradients, axis=0) / np.diag(expected)
     assert np.all(np.abs(np.log(ratio)) < np.log(2.0)), ratio
+
+
+def test_derivatives_with_respect_to_some_unknowns_are_those_among_all():
+    trials = (shaken(120, 5, (CUBIC,), ((1.0, 0.0),)), shaken(90, 6, (CUBIC,), ((1.0, 0.0),)))
+    model = TwoMasses(trials, (CUBIC,), ((1.0, 0.0),))
+    z = 0.1 * np.random.default_rng(7).normal(size=len(model.unknowns))
+    whole = evaluate(model, z)
+    free = np.arange(len(z)) % 2 == 0
+    some = evaluate(model, z, free=free)
+    assert some.log_likelihood == whole.log_likelihood
+    assert some.gradient == pytest.approx(np.where(free, whole.gradient, 0.0), rel=1e-9)
+    assert some.information == pytest.approx(
+        np.where(np.outer(free, free), whole.information, 0.0), rel=1e-9, abs=1e-9
+    )

@@ -1,6 +1,8 @@
 """A viewer that shows a command's work while it is done, reached from this computer only."""
 
 import socket
+import subprocess
+import sys
 import urllib.request
 from contextlib import contextmanager
 
@@ -13,6 +15,7 @@ from twin.cli import main
 from twin.errors import TwinError
 from twin.recording import Recording
 from twin.view import live as module
+from twin.view import viewer
 from twin.view.live import Live, live
 
 HIT = Recording.build(8.0, {"force_floor1": np.arange(9.0), "acc_floor1": np.ones(9)}, "hit.csv")
@@ -32,10 +35,10 @@ def on_file(path):
 
 
 def test_recordings_and_messages_are_streamed(tmp_path):
-    with on_file(tmp_path / "live.rrd") as viewer:
-        viewer.tell("calibrating")
-        viewer.show(HIT)
-        viewer.show(HIT)
+    with on_file(tmp_path / "live.rrd") as shown:
+        shown.tell("calibrating")
+        shown.show(HIT)
+        shown.show(HIT)
     there = entities(tmp_path / "live.rrd")
     assert {"/progress", "/recording1/force_floor1", "/recording2/acc_floor1"} <= there
 
@@ -68,12 +71,32 @@ def test_a_page_is_served_to_this_computer_only(monkeypatch, capsys):
         seen["addresses"] = [listening(port) for port in ports]
 
     monkeypatch.setattr(module, "_served", look)
-    with live() as viewer:
-        viewer.show(HIT)
+    with live() as shown:
+        shown.show(HIT)
     assert seen == {"page": 200, "addresses": [{"0100007F"}, {"0100007F"}]}
     assert f"look at http://127.0.0.1:{ports[1]}" in capsys.readouterr().err
-    with pytest.raises(ConnectionRefusedError):
-        socket.create_connection(("127.0.0.1", ports[1]), 2)
+    with (
+        pytest.raises(ConnectionRefusedError),
+        socket.create_connection(("127.0.0.1", ports[1]), 2),
+    ):
+        pass
+
+
+def test_what_a_viewer_started_ends_with_it_even_where_it_does_not_listen_to_it(monkeypatch):
+    monkeypatch.setattr(viewer, "STOP_S", 0.5)
+    deaf = "import signal, time; signal.signal(signal.SIGTERM, signal.SIG_IGN); print(flush=True)"
+    parent = (
+        "import subprocess, sys, time; "
+        f"subprocess.Popen([sys.executable, '-c', {deaf + '; time.sleep(60)'!r}]); time.sleep(60)"
+    )
+    process = subprocess.Popen(
+        [sys.executable, "-c", parent], stdout=subprocess.PIPE, start_new_session=True
+    )
+    assert process.stdout is not None
+    process.stdout.readline()
+    viewer.ended(process)
+    assert process.stdout.read() == b""  # nobody holds it open any more
+    process.stdout.close()
 
 
 def free():

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Sequence
+from pathlib import Path
 from typing import IO, Any
 
 LOCAL = "127.0.0.1"
@@ -59,25 +60,35 @@ def ended(process: subprocess.Popen[Any]) -> None:
     for how in (signal.SIGTERM, signal.SIGKILL):
         try:
             os.killpg(process.pid, how)
-            process.wait(STOP_S)
         except ProcessLookupError:
             process.poll()
             return
-        except subprocess.TimeoutExpired:
-            continue
-    # its child is not ours to wait for
-    end = time.monotonic() + STOP_S
-    while time.monotonic() < end and _runs(process.pid):
-        time.sleep(0.02)
+        # its child is not ours to wait for, and may take a while to heed the first signal
+        end = time.monotonic() + STOP_S
+        while time.monotonic() < end:
+            process.poll()
+            if not _runs(process.pid):
+                return
+            time.sleep(0.02)
 
 
 def _runs(group: int) -> bool:
-    """Return whether a process of a group is left, be it one that nobody has waited for."""
+    """Return whether a process of a group still runs; one that nobody has waited for does not."""
     try:
         os.killpg(group, 0)
     except ProcessLookupError:
         return False
-    return True
+    states = [state for state, of in map(_state, Path("/proc").glob("[0-9]*/stat")) if of == group]
+    return not states or any(state != "Z" for state in states)
+
+
+def _state(stat: Path) -> tuple[str, int]:
+    """Return the state of a process and its group, as Linux lists them."""
+    try:
+        state, _, group = stat.read_text().rpartition(")")[2].split()[:3]
+    except OSError:
+        return "", 0
+    return state, int(group)
 
 
 def window_can_open() -> bool:
