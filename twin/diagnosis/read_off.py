@@ -74,7 +74,7 @@ def faults_in(
             continue
         hidden |= lost
         floor = max(noise_floor(reading), 1e-300)
-        share = float(np.mean(lost)) if np.any(lost) else min(fault.noise() ** 2 / floor**2, 1.0)
+        share = float(np.mean(lost)) if np.any(lost) else min(fault.noise() / floor, 1.0) ** 2
         found.append(ReadOff(name, fault, int(np.count_nonzero(lost)), share))
     return tuple(found), hidden
 

@@ -76,10 +76,7 @@ def of_valleys(fit: Fit, linear: Linearised, candidates: Sequence[Candidate]) ->
         racing.append((candidate, runners))
     behind: list[tuple[Candidate, list[_Runner]]] = []
     for steps in LAPS:
-        alone = steps < LAPS[-1]
-        racing = [
-            (c, _likelier([_further(*r, steps, alone) for r in runners])) for c, runners in racing
-        ]
+        racing = [(c, _likelier([_further(*r, steps) for r in runners])) for c, runners in racing]
         racing.sort(key=lambda race: -race[1][0][0])
         ahead = max((len(racing) + 1) // 2, WIDTH)
         racing, behind = racing[:ahead], behind + racing[ahead:]
@@ -105,18 +102,10 @@ def _likelier(runners: list[_Runner]) -> list[_Runner]:
     return sorted(runners, key=lambda r: -r[0])[: (len(runners) + 1) // 2]
 
 
-def _further(posterior: float, z: Array, model: Linearised, steps: int, alone: bool) -> _Runner:
-    """Return where so many steps lead, of the last mechanism and the noise alone if asked."""
-    free = model.free & _own(model) if alone else model.free
+def _further(posterior: float, z: Array, model: Linearised, steps: int) -> _Runner:
+    """Return where so many steps lead."""
     try:
-        found = climb(model, z, most=steps, free=free)
+        found = climb(model, z, most=steps, free=model.free)
     except (ValueError, np.linalg.LinAlgError):
         return posterior, z, model
     return found.log_posterior, found.z, model
-
-
-def _own(model: Linearised) -> NDArray[np.bool_]:
-    """Return which unknowns are those of the last mechanism, or of noise, (p,)."""
-    last = model.hypothesis.mechanisms[-1]
-    own = {f"{last.name} {last.place} {name}" for name in last.parameters}
-    return np.array([u.name in own or u.role == "noise" for u in model.unknowns])

@@ -15,15 +15,14 @@ from twin.mechanisms.scales import rms
 from twin.parameter import Parameter
 from twin.signals.mains import MAINS_HZ, hum
 
-OVERTONES = (1.0, 0.3, 0.3)
-"""Strength of the fundamental and its first overtones: how far each may be, not how far it is."""
+TONES, OVERTONES = 3, 0.3
+"""The fundamental and its first overtones, and how strong these are beside it, roughly."""
 
 WANDER = 0.005
-"""Half-width of the line [Hz]: the mains drift by a hundredth of a hertz in half a minute."""
+"""Half-width of the line [Hz], roughly: mains drift by a hundredth of a hertz in half a minute."""
 
-RANGE = 10.0
-"""By how much more a tone may be in one recording than in others: ranges are switched in decades,
-and a shaker's amplifier hums in some recordings only."""
+ROUGHLY = 1.5
+"""Prior deviation of the logarithm of what is known roughly: to a factor of four and a half."""
 
 STRAY = 0.01
 """Share beyond which a line is no tone of the mains but one that the sampling folds back."""
@@ -51,6 +50,8 @@ class SensorHum(ChannelFault):
     parameters: ClassVar = {
         "amplitude": Parameter("the channel's", "RMS of the fundamental", "log"),
         "frequency": Parameter("Hz", "of the mains", "log"),
+        "wander": Parameter("Hz", "half-width of the line", "log"),
+        "overtones": Parameter("1", "of an overtone over the fundamental", "log"),
     }
     reference: ClassVar[str] = "IEEE 1100; Harvey 1989"
     mjcf: ClassVar[str] = "a channel's fault is not part of the model"
@@ -58,11 +59,17 @@ class SensorHum(ChannelFault):
     amplitude: float = 0.0
     frequency: float = 50.0
     phase: float = 0.0
+    wander: float = WANDER
+    overtones: float = OVERTONES
 
     def priors(self) -> dict[str, tuple[float, float]]:
-        """The mains frequency is known."""
+        """The mains frequency is known; how far it wanders and what its overtones are, roughly."""
         nominal = min(MAINS_HZ, key=lambda mains: abs(mains - self.frequency))
-        return {"frequency": (float(np.log(nominal)), KNOWN_HZ / nominal)}
+        return {
+            "frequency": (float(np.log(nominal)), KNOWN_HZ / nominal),
+            "wander": (float(np.log(WANDER)), ROUGHLY),
+            "overtones": (float(np.log(OVERTONES)), ROUGHLY),
+        }
 
     def distort(self, columns: Mapping[str, Array], rate_hz: float) -> dict[str, Array]:
         """Return the channels with a fundamental and no overtones."""
@@ -77,11 +84,12 @@ class SensorHum(ChannelFault):
 
     def instrument(self, rms: float) -> Instrument:
         """Return an oscillator for each tone, whose state is what is added."""
-        blocks, rate = [], 2 * np.pi * WANDER
-        for number in range(1, len(OVERTONES) + 1):
+        blocks, rate = [], 2 * np.pi * self.wander
+        for number in range(1, TONES + 1):
             w = 2 * np.pi * number * self.frequency
             blocks.append(np.array([[-rate, w], [-w, -rate]]))
-        sizes = np.repeat(np.array(OVERTONES) * self.amplitude, 2)
+        strengths = [1.0, *[self.overtones] * (TONES - 1)]
+        sizes = self.amplitude * np.repeat(strengths, 2)
         k = len(sizes)
         return Instrument(
             D=np.eye(1),
@@ -89,7 +97,7 @@ class SensorHum(ChannelFault):
             B=np.zeros((k, 1)),
             C=np.tile([1.0, 0.0], k // 2)[None],
             G=np.diag(np.sqrt(2 * rate) * sizes),
-            start=np.diag((RANGE * sizes) ** 2),
+            start=np.diag(sizes**2),
         )
 
     @classmethod
@@ -98,7 +106,7 @@ class SensorHum(ChannelFault):
         line = hum(reading, rate_hz)
         if line is None:
             return None
-        tones = [(mains, order) for mains in MAINS_HZ for order in range(1, len(OVERTONES) + 1)]
+        tones = [(mains, order) for mains in MAINS_HZ for order in range(1, TONES + 1)]
         mains, order = min(tones, key=lambda tone: abs(line.frequency - tone[0] * tone[1]))
         folded = abs(line.frequency - mains * order) > STRAY * mains * order
         return cls(place, line.size / np.sqrt(2), mains if folded else line.frequency / order)
