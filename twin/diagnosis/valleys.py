@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.diagnosis.adjusted import Adjusted
 from twin.diagnosis.beginning import added, beginnings, likeliest, moved_to
 from twin.diagnosis.candidates import Candidate
 from twin.diagnosis.linearised import Linearised
@@ -22,16 +23,21 @@ from twin.mechanisms.mechanism import Mechanism
 
 Array = NDArray[np.float64]
 
-LAPS = (1, 2, 3)
-"""Gauss-Newton steps in each valley, after which the likelier half of a candidate's valleys and of
-the candidates goes on (successive halving; Jamieson and Talwalkar 2016); the fit that follows takes
-the rest."""
+FIRST, LAPS = 3, (2, 3)
+"""Steps in each valley: at first of what is added alone, the others adjusted to first order, then
+of all unknowns. After each lap the likelier half of a candidate's valleys and of the candidates
+goes on (successive halving; Jamieson and Talwalkar 2016); the fit that follows takes the rest."""
 
 WIDTH = 6
 """Candidates of the screening that are fitted in a search step; so many are never left behind."""
 
+TRIFLE = 1.0
+"""Gain on the part [nat] below which a candidate does not race on: the odds of chance."""
+
 _Runner = tuple[float, Array, Linearised]
 """Log posterior, values, and what has them."""
+
+_Race = tuple[Candidate, list[_Runner]]
 
 
 @dataclass(frozen=True)
@@ -65,21 +71,22 @@ def of_valleys(fit: Fit, linear: Linearised, candidates: Sequence[Candidate]) ->
     short = beginning_of(hypothesis)
     here = climb(linear.beside(short), fit.z, most=2, free=linear.free)
     known = {u.name: z for u, z in zip(hypothesis.unknowns, fit.z, strict=True)}
-    racing: list[tuple[Candidate, list[_Runner]]] = []
+    adjusted = Adjusted(linear.beside(short), here)
+    racing: list[_Race] = []
     for candidate in candidates:
         runners = []
         for start in candidate.starts:
             grown = added(short, candidate, start)
             model = linear.beside(grown)
             z = moved_to(grown, short, here.z, start)
-            runners.append((*likeliest(model, beginnings(grown, z)), model))
-        racing.append((candidate, runners))
-    behind: list[tuple[Candidate, list[_Runner]]] = []
+            runners.append(_begun(adjusted, model, likeliest(model, beginnings(grown, z))))
+        racing.append((candidate, _likelier(runners)))
+    # on this part there is nothing for the others to gain
+    behind = [race for race in racing if race[1][0][0] < adjusted.log_posterior + TRIFLE]
+    racing = _ahead([race for race in racing if race not in behind], behind)
     for steps in LAPS:
         racing = [(c, _likelier([_further(*r, steps) for r in runners])) for c, runners in racing]
-        racing.sort(key=lambda race: -race[1][0][0])
-        ahead = max((len(racing) + 1) // 2, WIDTH)
-        racing, behind = racing[:ahead], behind + racing[ahead:]
+        racing = _ahead(racing, behind)
     scores = []
     for candidate, runners in racing + behind:
         _, z, model = runners[0]
@@ -95,6 +102,23 @@ def of_valleys(fit: Fit, linear: Linearised, candidates: Sequence[Candidate]) ->
         gain = posterior - fit.log_posterior
         scores.append(Score(candidate, mechanism, max(gain, 0.0), shift))
     return scores
+
+
+def _begun(adjusted: Adjusted, model: Linearised, begin: tuple[float, Array]) -> _Runner:
+    """Return where the first steps lead, of what is added alone."""
+    _, z = begin
+    try:
+        return (*adjusted.steps(model, z, FIRST), model)
+    except (ValueError, np.linalg.LinAlgError):
+        return -np.inf, z, model
+
+
+def _ahead(racing: list[_Race], behind: list[_Race]) -> list[_Race]:
+    """Return the half of the candidates that goes on; the rest is put behind."""
+    racing = sorted(racing, key=lambda race: -race[1][0][0])
+    ahead = max((len(racing) + 1) // 2, WIDTH)
+    behind += racing[ahead:]
+    return racing[:ahead]
 
 
 def _likelier(runners: list[_Runner]) -> list[_Runner]:
