@@ -16,12 +16,9 @@ from twin.diagnosis.linearised import Linearised
 from twin.diagnosis.score_test import Profiled
 from twin.estimation.fit import ENOUGH, LONGEST, Fit
 from twin.estimation.likelihood import evaluate, gaussian, passes
+from twin.estimation.sensitivities import STEP
 
 Array = NDArray[np.float64]
-
-STEP = 1e-5
-"""Step of the differences of innovations, in prior deviations: between rounding (1e-11 of them in
-a pass) and curvature."""
 
 
 class Adjusted:
