@@ -45,6 +45,17 @@ def test_a_delay_comes_to_where_a_fit_of_everything_brings_it(fitted, start):
     )
 
 
+def test_a_delay_does_not_make_up_for_where_the_fits_own_unknowns_begin(fitted):
+    _, found, model = fitted
+    grown, z = grown_by(fitted, (SensorDelay("acc_floor1", 1e-3), SensorDelay("acc_floor1", -1e-3)))
+    at = [u.name for u in grown.unknowns].index("sensor_delay acc_floor1 delay")
+    off = 0.1 * np.array([u.name == "stiffness storey1" for u in grown.unknowns])
+    adjusted = Adjusted(model, found)
+    (_, near), (_, away) = (adjusted.steps(grown, begun, 1) for begun in (z, z + off))
+    deviation = np.sqrt(fit(grown, z, most=3).covariance[at, at])
+    assert abs(near[at] - away[at]) < deviation
+
+
 def test_what_the_fits_own_unknowns_can_do_brings_nothing_beyond_their_priors(fitted):
     hypothesis, found, model = fitted
     k = hypothesis.problem.model.K[0, 0]

@@ -1,5 +1,6 @@
 """A viewer that shows a command's work while it is done, reached from this computer only."""
 
+import select
 import socket
 import subprocess
 import sys
@@ -95,7 +96,9 @@ def test_what_a_viewer_started_ends_with_it_even_where_it_does_not_listen_to_it(
     assert process.stdout is not None
     process.stdout.readline()
     viewer.ended(process)
-    assert process.stdout.read() == b""  # nobody holds it open any more
+    told, _, _ = select.select([process.stdout], [], [], 5.0)
+    assert told, "somebody still holds it open"
+    assert process.stdout.read() == b""
     process.stdout.close()
 
 

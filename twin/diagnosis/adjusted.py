@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis.linearised import Linearised
-from twin.diagnosis.score_test import Profiled
+from twin.diagnosis.score_test import profiled
 from twin.estimation.fit import ENOUGH, LONGEST, Fit
-from twin.estimation.likelihood import evaluate, gaussian, passes
+from twin.estimation.likelihood import evaluate, passes
 from twin.estimation.sensitivities import STEP
 
 Array = NDArray[np.float64]
@@ -31,19 +31,8 @@ class Adjusted:
 
     def __init__(self, model: Linearised, fit: Fit) -> None:
         value = evaluate(model, fit.z, free=model.free)
-        self._parts = [gaussian(r, t) for r, t in zip(value.runs, value.trials, strict=True)]
-        unknowns = model.unknowns
-        shared = [i for i, u in enumerate(unknowns) if u.role != "noise" and model.free[i]]
-        slopes = []
-        for index, (part, run) in enumerate(zip(self._parts, value.runs, strict=True)):
-            there = [i for i, u in enumerate(unknowns)
-                     if model.free[i] and (u.trial is None or u.trial == index)]  # fmt: skip
-            keep = [there.index(i) for i in shared]
-            slopes.append(part.whitened(np.ascontiguousarray(run.de[:, :, keep])))
-        self._names = [unknowns[i].name for i in shared]
-        white = [part.white.ravel() for part in self._parts]
-        self._profiled = Profiled(slopes, white, np.asarray(fit.z)[shared])
-        self.log_posterior = -self._profiled.left(white, self._profiled.pull)
+        self._names, self._parts, own = profiled(model.unknowns, model.free, value, fit.z)
+        self._profiled, self.log_posterior = own, -own.left(own.white, own.pull)
 
     def steps(self, model: Linearised, z: Array, most: int) -> tuple[float, Array]:
         """Return where so many steps lead: the log posterior, as that of the fit, and values.

@@ -22,8 +22,10 @@ from twin.diagnosis.candidates import Candidate
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.linearised import Linearised
 from twin.diagnosis.scales import ROUNDING
+from twin.estimation.density import Part
 from twin.estimation.fit import Fit
-from twin.estimation.likelihood import evaluate, gaussian, passes
+from twin.estimation.likelihood import Value, evaluate, gaussian, passes
+from twin.estimation.model import Unknown
 from twin.estimation.parallel import each
 from twin.estimation.passing import Run
 from twin.mechanisms.mechanism import ChannelFault, Mechanism
@@ -81,6 +83,33 @@ class Profiled:
         return 0.5 * (power - float(told @ told))
 
 
+def profiled(
+    unknowns: Sequence[Unknown], free: NDArray[np.bool_], value: Value, z: Array
+) -> tuple[list[str], list[Part], Profiled]:
+    """Return a fit whose unknowns but for noise can be projected out.
+
+    Args:
+        unknowns: of the fit.
+        free: those that its derivatives are with respect to, (p,).
+        value: the likelihood there, with derivatives.
+        z: its values, (p,).
+
+    Returns:
+        Their names, what whitens the innovations of each recording, and both profiled.
+    """
+    shared = [i for i, u in enumerate(unknowns) if free[i] and u.role != "noise"]
+    parts = [gaussian(r, t) for r, t in zip(value.runs, value.trials, strict=True)]
+    slopes = []
+    for index, (part, run) in enumerate(zip(parts, value.runs, strict=True)):
+        columns = [i for i, u in enumerate(unknowns)
+                   if free[i] and (u.trial is None or u.trial == index)]  # fmt: skip
+        own = run.de[:, :, [columns.index(i) for i in shared]]
+        slopes.append(part.whitened(np.ascontiguousarray(own)))
+    white = [part.white.ravel() for part in parts]
+    names = [unknowns[i].name for i in shared]
+    return names, parts, Profiled(slopes, white, np.asarray(z)[shared])
+
+
 class ScoreTest:
     """A fit of the innovations likelihood, beside which small changes are followed."""
 
@@ -91,20 +120,8 @@ class ScoreTest:
         self.linear = Linearised.of(hypothesis, value.runs)
         still = evaluate(self.linear, fit.z, derivatives=False)
         self._without, self._likelihood = still.runs, still.log_likelihood
-        self.parts = [gaussian(r, t) for r, t in zip(value.runs, value.trials, strict=True)]
-        shared = [i for i, u in enumerate(hypothesis.unknowns) if u.role != "noise"]
-        self.names = [hypothesis.unknowns[i].name for i in shared]
-        self.profiled = Profiled(
-            [self._slopes(index, shared) for index in range(len(self.runs))],
-            [part.white.ravel() for part in self.parts],
-            np.asarray(fit.z)[shared],
-        )
-
-    def _slopes(self, index: int, shared: Sequence[int]) -> Array:
-        unknowns = self.hypothesis.unknowns
-        columns = [i for i, u in enumerate(unknowns) if u.trial is None or u.trial == index]
-        keep = [columns.index(i) for i in shared]
-        return self.whitened(index, self.runs[index].de[:, :, keep])
+        every = np.ones(len(fit.z), bool)
+        self.names, self.parts, self.profiled = profiled(hypothesis.unknowns, every, value, fit.z)
 
     def whitened(self, index: int, change: Array) -> Array:
         """Return changes of a recording's innovations, (samples, m, c), whitened as rows."""

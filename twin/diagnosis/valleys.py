@@ -16,7 +16,7 @@ from twin.diagnosis.adjusted import Adjusted
 from twin.diagnosis.beginning import added, beginnings, likeliest, moved_to
 from twin.diagnosis.candidates import Candidate
 from twin.diagnosis.linearised import Linearised
-from twin.diagnosis.portion import beginning_of
+from twin.diagnosis.portion import ROUGH, beginning_of
 from twin.estimation.fit import Fit
 from twin.estimation.fit import fit as climb
 from twin.mechanisms.mechanism import Mechanism
@@ -30,9 +30,6 @@ goes on (successive halving; Jamieson and Talwalkar 2016); the fit that follows 
 
 WIDTH = 6
 """Candidates of the screening that are fitted in a search step; so many are never left behind."""
-
-TRIFLE = 1.0
-"""Gain on the part [nat] below which a candidate does not race on: the odds of chance."""
 
 _Runner = tuple[float, Array, Linearised]
 """Log posterior, values, and what has them."""
@@ -81,9 +78,10 @@ def of_valleys(fit: Fit, linear: Linearised, candidates: Sequence[Candidate]) ->
             z = moved_to(grown, short, here.z, start)
             runners.append(_begun(adjusted, model, likeliest(model, beginnings(grown, z))))
         racing.append((candidate, _likelier(runners)))
-    # on this part there is nothing for the others to gain
-    behind = [race for race in racing if race[1][0][0] < adjusted.log_posterior + TRIFLE]
-    racing = _ahead([race for race in racing if race not in behind], behind)
+    # what gains no more on this part than a step has to is as far as it gets
+    least = adjusted.log_posterior + ROUGH
+    behind = [(c, runners) for c, runners in racing if not runners[0][0] > least]
+    racing = _ahead([(c, runners) for c, runners in racing if runners[0][0] > least], behind)
     for steps in LAPS:
         racing = [(c, _likelier([_further(*r, steps) for r in runners])) for c, runners in racing]
         racing = _ahead(racing, behind)

@@ -21,9 +21,6 @@ TONES, OVERTONES = 3, 0.3
 WANDER = 0.005
 """Half-width of the line [Hz], roughly: mains drift by a hundredth of a hertz in half a minute."""
 
-ROUGHLY = 1.5
-"""Prior deviation of the logarithm of what is known roughly: to a factor of four and a half."""
-
 STRAY = 0.01
 """Share beyond which a line is no tone of the mains but one that the sampling folds back."""
 
@@ -63,13 +60,9 @@ class SensorHum(ChannelFault):
     overtones: float = OVERTONES
 
     def priors(self) -> dict[str, tuple[float, float]]:
-        """The mains frequency is known; how far it wanders and what its overtones are, roughly."""
+        """The mains frequency is known; the rest as first guesses are."""
         nominal = min(MAINS_HZ, key=lambda mains: abs(mains - self.frequency))
-        return {
-            "frequency": (float(np.log(nominal)), KNOWN_HZ / nominal),
-            "wander": (float(np.log(WANDER)), ROUGHLY),
-            "overtones": (float(np.log(OVERTONES)), ROUGHLY),
-        }
+        return {"frequency": (float(np.log(nominal)), KNOWN_HZ / nominal)}
 
     def distort(self, columns: Mapping[str, Array], rate_hz: float) -> dict[str, Array]:
         """Return the channels with a fundamental and no overtones."""

@@ -68,6 +68,7 @@ def ended(process: subprocess.Popen[Any]) -> None:
         while time.monotonic() < end:
             process.poll()
             if not _runs(process.pid):
+                process.wait()
                 return
             time.sleep(0.02)
 
@@ -78,17 +79,18 @@ def _runs(group: int) -> bool:
         os.killpg(group, 0)
     except ProcessLookupError:
         return False
-    states = [state for state, of in map(_state, Path("/proc").glob("[0-9]*/stat")) if of == group]
-    return not states or any(state != "Z" for state in states)
+    own = [alive for alive, of in map(_listed, Path("/proc").glob("[0-9]*/stat")) if of == group]
+    return not own or any(own)
 
 
-def _state(stat: Path) -> tuple[str, int]:
-    """Return the state of a process and its group, as Linux lists them."""
+def _listed(stat: Path) -> tuple[bool, int]:
+    """Return whether any thread of a process runs, and its group, as Linux lists them (proc(5))."""
     try:
-        state, _, group = stat.read_text().rpartition(")")[2].split()[:3]
+        fields = stat.read_text().rpartition(")")[2].split()
     except OSError:
-        return "", 0
-    return state, int(group)
+        return False, 0
+    state, group, threads = fields[0], int(fields[2]), int(fields[17])
+    return state not in ("Z", "X") or threads > 1, group
 
 
 def window_can_open() -> bool:
