@@ -28,8 +28,9 @@ sys.path.insert(0, str(ROOT))
 from twin.diagnosis.beginning import added, moved_to, start_of  # noqa: E402
 from twin.diagnosis.candidates import Candidate, priors_of, scales_of, surroundings  # noqa: E402
 from twin.diagnosis.hypothesis import Hypothesis  # noqa: E402
+from twin.diagnosis.measured import Measured  # noqa: E402
 from twin.diagnosis.motion import Motion  # noqa: E402
-from twin.diagnosis.problem import Measured, Problem  # noqa: E402
+from twin.diagnosis.problem import Problem  # noqa: E402
 from twin.estimation.fit import Fit, fit  # noqa: E402
 from twin.estimation.kalman import gains  # noqa: E402
 from twin.estimation.likelihood import evaluate  # noqa: E402

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from twin.contract import names_in
 from twin.errors import ModelError, available
 from twin.model.rest import Reduced, settle
-from twin.model.sensing import channel_columns
+from twin.model.sensing import channel_columns, sensor_columns
 
 Array = NDArray[np.float64]
 
@@ -60,7 +60,7 @@ def roll(
     rate_hz: float,
     source: str,
     progress: Callable[[float], None] | None = None,
-) -> tuple[Array, dict[str, Array]]:
+) -> tuple[Array, dict[str, Array], dict[str, Array]]:
     """Simulate from rest with inputs that are linear between samples.
 
     Args:
@@ -71,7 +71,8 @@ def roll(
         progress: called with the fraction that is done.
 
     Returns:
-        Joint positions (samples, nq) and the sensors' channels (``sensing.channel_columns``).
+        Joint positions (samples, nq), and what sensors read, by the names of their channels
+        (``sensing.channel_columns``) and of all others that a vector sensor's axes have.
 
     Raises:
         ModelError: the model's timestep is not positive, or the motion diverges.
@@ -91,7 +92,7 @@ def roll(
 
     samples = len(table)
     slopes = np.diff(table, axis=0, append=table[-1:]) * rate_hz
-    sensors = channel_columns(reduced)
+    channels, sensors = channel_columns(reduced), sensor_columns(reduced.model)
     measured = np.empty((samples, len(sensors)))
     qpos = np.empty((samples, model.nq))
     chunk = max(1, CHUNK // count)
@@ -113,8 +114,9 @@ def roll(
                 progress(stop / samples)
     finally:
         mujoco.set_mju_user_warning(None)
-    columns = {name: measured[:, index] for index, name in enumerate(sensors)}
-    return qpos, columns
+    every = {name: measured[:, index] for index, name in enumerate(sensors)}
+    others = {name: values for name, values in every.items() if name not in channels}
+    return qpos, {name: every[name] for name in channels}, others
 
 
 def _check(

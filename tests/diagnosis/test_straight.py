@@ -7,8 +7,9 @@ import pytest
 from diagnosis_support import lumped, rng
 
 from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.measured import Measured
 from twin.diagnosis.plant import plant_of
-from twin.diagnosis.problem import Measured, Problem
+from twin.diagnosis.problem import Problem
 from twin.diagnosis.straight import above, hold_error, noise_gain
 from twin.estimation.fit import fit
 from twin.estimation.likelihood import passes

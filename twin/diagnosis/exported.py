@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.known import differences
-from twin.diagnosis.problem import Between, Measured, Problem
+from twin.diagnosis.measured import Measured
+from twin.diagnosis.problem import Between, Problem
 from twin.diagnosis.scales import ROUNDING
 from twin.errors import ModelError
 from twin.mechanisms.damping import Damping
@@ -29,7 +30,16 @@ FINEST_S = 1e-3
 """Longest step of a simulation [s]."""
 
 FINEST = 100
-"""Steps in the period of the highest mode: Runge-Kutta's error of (2 pi / 100)^4 a period."""
+"""Steps in the period of the highest mode below half the sampling rate: Runge-Kutta's phase error
+is (2 pi / 100)^4 / 120 a radian."""
+
+STABLE = 4
+"""Steps in the period of any mode: Runge-Kutta is stable from 2.2 on, and what lies above half the
+sampling rate follows its forces."""
+
+WHOLE = 0.99
+"""Share of the band in which inputs and outputs are kept: an analyser passes half at its end, and a
+blow has as much there as anywhere."""
 
 HELD_STEPS = 16
 """Pieces of a sampling interval in which a held input is played back."""
@@ -115,8 +125,9 @@ def in_mujoco(twin: Twin, problem: Problem, recording: Measured) -> Array:
     for fault in twin.mechanisms:
         if isinstance(fault, ChannelFault) and set(fault.channels) <= set(columns):
             columns = columns if fault.of_motor else fault.undo(columns, rate)
-    highest = float(problem.frequencies[-1])
-    fine = max(1, math.ceil(max(1 / FINEST_S, FINEST * highest) / rate - 1e-9))
+    seen = problem.frequencies[problem.frequencies < rate / 2]
+    steps = (FINEST * float(np.max(seen, initial=0.0)), STABLE * float(problem.frequencies[-1]))
+    fine = max(1, math.ceil(max(1 / FINEST_S, *steps) / rate - 1e-9))
     u = np.column_stack([columns[name] for name in names])
     played, faster = _played(u, rate, fine, problem.between)
     loaded = including(twin, _added(recording))
@@ -128,16 +139,16 @@ def in_mujoco(twin: Twin, problem: Problem, recording: Measured) -> Array:
         return np.full(recording.y.shape, np.nan)
     step = round(faster / rate)
     samples = len(u)
-    seen = {}
+    read = {}
     for column, name in enumerate(problem.model.outputs):
         values = motion.column(name)
         if not np.all(problem.cornered):
-            values = resample(values, faster, rate)[:samples]
+            values = resample(values, faster, rate, WHOLE)[:samples]
             values = np.concatenate([values, np.repeat(values[-1:], samples - len(values))])
         else:
             values = values[::step][:samples]
-        seen[name] = values - problem.model.rest[column]
-    recorded = loaded.recorded({**columns, **seen}, rate)
+        read[name] = values - problem.model.rest[column]
+    recorded = loaded.recorded({**columns, **read}, rate)
     return np.column_stack([recorded[name] for name in problem.model.outputs])
 
 
@@ -159,7 +170,7 @@ def _played(u: Array, rate: float, fine: int, between: Sequence[Between]) -> tup
         elif kind == "linear":
             out[:, i] = np.interp(times, np.arange(len(u)), u[:, i])
         else:
-            whole = resample(u[:, i : i + 1], rate, rate * fine)[:, 0]
+            whole = resample(u[:, i : i + 1], rate, rate * fine, WHOLE)[:, 0]
             out[:, i] = np.concatenate([whole, np.full(fine - 1, whole[-1])])
     return out, rate * fine
 

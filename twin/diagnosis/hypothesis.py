@@ -205,7 +205,8 @@ class Hypothesis:
         systems = tuple(plant.system for plant in plants)
         return Assembly(
             systems, which, tuple(noises), compiled, numbers, scales, self._steps(scales),
-            problem.held, self._trials(mechanisms),
+            np.concatenate([problem.held, np.zeros(problem.pseudo_forces, bool)]),
+            self._trials(mechanisms),
             low_pass=problem.low_pass if self.jumps else None,
         )  # fmt: skip
 
@@ -280,8 +281,8 @@ class Hypothesis:
                 model = base
                 for place, mass in added:
                     model = model.loaded(place, mass)
-                noise_gain = problem.noise_gain
-                plants.append(plant_of(model, mechanisms, levels, problem.readings, noise_gain))
+                plants.append(plant_of(model, mechanisms, levels, problem.readings,
+                                       problem.noise_gain, problem.pseudo_forces))  # fmt: skip
             which.append(groups[added])
         starts = tuple(self._start(t, plants[k]) for t, k in enumerate(which))
         if len(self._kept) >= KEPT:

@@ -41,7 +41,7 @@ def mended(problem: Problem, faults: Sequence[ChannelFault]) -> tuple[Trial, ...
                 columns = _undone(problem, fault, columns, known)
         table = np.column_stack([columns[name] for name in names])
         u, y = table[:, :split], np.where(hidden, np.nan, table[:, split:])
-        out.append(problem.trial(u, y))
+        out.append(problem.trial(u, y, recording.geometric))
     return tuple(out)
 
 

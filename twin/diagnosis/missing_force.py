@@ -29,7 +29,11 @@ def needed(problem: Problem, z: Array, trial: int, motion: Motion) -> Array:
     force = (
         motion.acceleration(problem.step_s) @ model.M + motion.v @ model.R.T + motion.q @ model.K
     )
-    return np.asarray(force - problem.recordings[trial].u @ model.B.T)
+    recording = problem.recordings[trial]
+    known = recording.u @ model.B.T
+    if recording.geometric is not None:
+        known = known + recording.geometric.forces
+    return np.asarray(force - known)
 
 
 def smooth(problem: Problem, force: Array) -> Array:

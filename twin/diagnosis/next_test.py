@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from scipy import signal
 
 from twin.diagnosis.explanation import Explanation
+from twin.diagnosis.measured import Measured
 from twin.diagnosis.predict import placed, predictors
-from twin.diagnosis.problem import Measured, Problem
+from twin.diagnosis.problem import Problem
 from twin.diagnosis.result import NextExperiment
 from twin.diagnosis.search import Found
 from twin.diagnosis.verdict import TIE

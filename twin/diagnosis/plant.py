@@ -43,6 +43,7 @@ def plant_of(
     latent: Sequence[tuple[str, float, float]],
     readings: Mapping[str, float],
     noise_gain: Array | None = None,
+    pseudo_forces: int = 0,
 ) -> Plant:
     """Return the plant of a model with mechanisms.
 
@@ -54,6 +55,7 @@ def plant_of(
         readings: RMS of each output.
         noise_gain: by what noise stirs each of the first coordinates more than it does in steps
             from sample to sample, (n,), 0 where none is to; 1 without.
+        pseudo_forces: further inputs, each a force on one of the first coordinates.
     """
     for mechanism in sorted(mechanisms, key=lambda m: m.stage):
         if isinstance(mechanism, StructuralChange):
@@ -72,8 +74,8 @@ def plant_of(
         acceleration = inverse @ force
         return np.vstack([0 * acceleration, acceleration]), model.Ca @ acceleration
 
-    B, D = entry(model.B)
-    D = D + model.Cu
+    B, D = entry(np.hstack([model.B, np.eye(n, pseudo_forces)]))
+    D[:, : len(model.inputs)] += model.Cu
     rows = np.array([model.port(law.place) for law in laws]).reshape(len(laws), n)
     E, F = entry(-rows.T)
     more = np.ones((n, 1))
@@ -81,7 +83,7 @@ def plant_of(
         more[: len(noise_gain), 0] = noise_gain
     noises = np.hstack([model.B, np.eye(n)])
     W, V = entry(more * noises)[0], entry(np.where(more > 0, noises, 0.0))[1]
-    V[:, : B.shape[1]] += model.Cu
+    V[:, : len(model.inputs)] += model.Cu
     drift, rate = np.hstack([rows, 0 * rows]), np.hstack([0 * rows, rows])
     system = System(A, B, C, D, E, F, drift, rate, W, V, np.zeros((2 * n, 0)))
     plant = Plant(system, n, np.zeros((0, 0)), np.diag(model.M), np.diag(model.K))

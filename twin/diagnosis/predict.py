@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.problem import Problem
+from twin.diagnosis.straight import prefiltered
 from twin.estimation.averages import averages_at
 from twin.estimation.kalman import Gains, gains
 from twin.estimation.model import Assembly, Trial
@@ -21,7 +22,8 @@ from twin.estimation.passing import LawAverages, Run, open_loop, run
 from twin.estimation.sensitivities import plants_of
 from twin.estimation.start import estimated_start, root_of
 from twin.estimation.system import Noise, Sampled
-from twin.mechanisms.mechanism import ChannelFault, Mechanism
+from twin.mechanisms.mechanism import ChannelFault, Mechanism, StructuralChange
+from twin.model.geometry import PASSES
 
 Array = NDArray[np.float64]
 
@@ -45,6 +47,8 @@ class Predictor:
         noise: levels of this recording.
         gain: of the predictor.
         averages: what the laws do on the average of the motion.
+        problem: the estimation problem.
+        coordinates: how many the model has at the values.
     """
 
     mechanisms: tuple[Mechanism, ...]
@@ -55,6 +59,13 @@ class Predictor:
     noise: Noise
     gain: Gains
     averages: LawAverages
+    problem: Problem
+    coordinates: int
+
+    @property
+    def inputs(self) -> Array:
+        """The measured inputs, (samples, r)."""
+        return self.trial.u[:, : len(self.problem.model.inputs)]
 
     @cached_property
     def followed(self) -> Run:
@@ -92,14 +103,26 @@ class Predictor:
         return out
 
     def _open(self, first: int, last: int, x: Array, z: Array | None, u: Array | None) -> Array:
-        """Return the outputs of a simulation over a part of the recording."""
-        own = self.trial
-        more = 0.0 if u is None else (u - own.u)[first:last]
-        piece = Trial(own.u[first:last] + more, own.between[first:last] + more,
-                      np.zeros((last - first, own.y.shape[1])), own.step_s)  # fmt: skip
-        passed = run(self.here, piece, self.plant, open_loop(self.gain), x0=x, z0=z,
-                     begin_s=first * own.step_s)  # fmt: skip
-        return self._recorded(-passed.e)
+        """Return the outputs of a simulation over a part of the recording.
+
+        What large motion adds is that of the simulated motion itself.
+        """
+        more = 0.0 if u is None else (u - self.inputs)[first:last]
+        own, r = self.trial, len(self.problem.model.inputs)
+        driving, lines = own.u[first:last, :r] + more, own.between[first:last, :r] + more
+        geometry, n = self.problem.geometry, self.problem.pseudo_forces
+        forces, readings = np.zeros((last - first, n)), np.zeros((last - first, own.y.shape[1]))
+        for _ in range(1 + (PASSES if n else 0)):
+            piece = Trial(np.hstack([driving, forces]), np.hstack([lines, prefiltered(forces)]),
+                          0 * readings, own.step_s)  # fmt: skip
+            passed = run(self.here, piece, self.plant, open_loop(self.gain), x0=x, z0=z,
+                         begin_s=first * own.step_s)  # fmt: skip
+            moved = passed.x[:, : self.coordinates + n]
+            if geometry is None or not np.all(np.isfinite(moved)):
+                break
+            found = geometry.along(moved[:, :n], moved[:, self.coordinates :], driving)
+            forces, readings = found.forces, found.readings
+        return self._recorded(readings - passed.e)
 
     def _recorded(self, predicted: Array) -> Array:
         """Return outputs as the instruments show them that are at fault in their samples."""
@@ -123,8 +146,20 @@ def predictors(hypothesis: Hypothesis, z: Array) -> list[Predictor]:
         everything = (*hypothesis.at(z), *hypothesis.problem.known_at(z))
         averages = averages_at(hypothesis, here, plants, t)
         gain = gains(plant, noise, equivalent=averages.equivalent, missing=trial.missing)
-        out.append(Predictor(everything, names, here, trial, plant, noise, gain, averages))
+        out.append(
+            Predictor(everything, names, here, trial, plant, noise, gain, averages,
+                      hypothesis.problem, _coordinates(hypothesis, z))
+        )  # fmt: skip
     return out
+
+
+def _coordinates(hypothesis: Hypothesis, z: Array) -> int:
+    """Return how many coordinates the twin has with its mechanisms."""
+    model = hypothesis.problem.model
+    for mechanism in sorted(hypothesis.at(z), key=lambda m: m.stage):
+        if isinstance(mechanism, StructuralChange):
+            model = mechanism.edit(model)
+    return len(model.coordinates)
 
 
 def placed(fitted: Hypothesis, z: Array, problem: Problem) -> tuple[Hypothesis, Array]:
@@ -171,7 +206,7 @@ def noise_floors(beside: Sequence[Predictor], seed: int = 0) -> tuple[float, flo
     rng = np.random.default_rng(seed)
     free = near = power = 0.0
     for predictor in beside:
-        y, u = predictor.trial.y, predictor.trial.u
+        y, u = predictor.trial.y, predictor.inputs
         noise = float(np.sum(predictor.noise.output**2)) * len(y)
         shaken = u + rng.standard_normal(u.shape) * predictor.noise.held[: u.shape[1]]
         blur = (

@@ -14,9 +14,11 @@ from twin.diagnosis.beginning import start_of
 from twin.diagnosis.channels import common, has, no_overlap, of_model
 from twin.diagnosis.drawing import LEAST
 from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.large_motion import with_large_motion
+from twin.diagnosis.measured import Measured
 from twin.diagnosis.nominal import checked, with_known
 from twin.diagnosis.order import in_words, read_order
-from twin.diagnosis.problem import Between, Measured, Problem
+from twin.diagnosis.problem import Between, Problem
 from twin.diagnosis.read_off import ReadOff, read_off
 from twin.diagnosis.shown import in_shown_band, inputs_of, refuse_what_moves_nothing
 from twin.errors import RecordingError, available
@@ -154,6 +156,8 @@ def prepare(
         for part in (measured[: len(train)], measured[len(train) :])
     ]  # fmt: skip
     _enough(problems[0], slowest)
+    if not simulated:
+        problems = with_large_motion(twin, problems)
     train_problem, known = with_known(twin, problems[0])
     test_problem = replace(
         problems[1], known=train_problem.known, known_scales=train_problem.known_scales

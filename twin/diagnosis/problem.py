@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.arrays import frozen
 from twin.diagnosis.known import OfKnown, unknowns_of, valued
+from twin.diagnosis.measured import NOISE_DEVIATION, Measured
 from twin.diagnosis.modal_damping import following
 from twin.diagnosis.parameters import TELLABLE, stiffnesses_of
 from twin.diagnosis.scales import Scales
@@ -19,16 +19,13 @@ from twin.diagnosis.straight import hold_error, noise_gain, prefiltered, well_da
 from twin.estimation.low_pass import LowPass
 from twin.estimation.model import Trial, Unknown
 from twin.mechanisms.mechanism import Mechanism
+from twin.model.geometry import Geometric, Geometry
 from twin.model.linear import LinearModel
 from twin.model.port import Body
 from twin.model.shaken import with_inertia
 
 Array = NDArray[np.float64]
 Between = Literal["band_limited", "linear", "held"]
-
-NOISE_DEVIATION = 0.7
-"""Prior deviation of a noise level's logarithm about what the channel's own samples say: a factor
-of two either way."""
 
 PROCESS_SHARE, PROCESS_DEVIATION = 1e-3, 2.0
 """Prior of the process noise: a thousandth of the inertia forces, give or take a factor of seven;
@@ -40,37 +37,6 @@ LINEAR_PHASE = LowPass(1.0)
 EDGE = 16
 """Samples at the end of a recording that are left out: a channel that is late ends before its
 recording does, by at most an eighth of a period of the band and as much for the filters."""
-
-
-@dataclass(frozen=True)
-class Measured:
-    """One recording laid beside the twin.
-
-    Attributes:
-        name: the file it came from.
-        u: measured inputs in the model's order, zero where not recorded, (samples, r).
-        y: measured outputs in the model's order; NaN where a sample is left out, (samples, m).
-        input_noise, output_noise: standard deviations that the samples themselves show, (r,), (m,).
-        added_mass: body -> mass bolted on for this recording [kg].
-        input_deviation: prior deviation of the logarithm of the inputs' noise levels.
-    """
-
-    name: str
-    u: Array
-    y: Array
-    input_noise: Array
-    output_noise: Array
-    added_mass: Mapping[str, float] = field(default_factory=dict)
-    input_deviation: float = NOISE_DEVIATION
-
-    def __post_init__(self) -> None:
-        for name in ("u", "y", "input_noise", "output_noise"):
-            object.__setattr__(self, name, frozen(getattr(self, name), float))
-
-    @cached_property
-    def driven(self) -> NDArray[np.bool_]:
-        """Which inputs are not zero throughout, (r,)."""
-        return np.any(self.u, axis=0)
 
 
 @dataclass(frozen=True)
@@ -92,6 +58,7 @@ class Problem:
         low_pass: the analyser's filter, through which outputs show the forces of laws that jump,
             simulated; None where these laws follow the estimated motion and are seen as they are.
         told: whether the user says the tolerance; if not, it is found from the recordings.
+        geometry: of the model, where large motion is seen in the recordings.
     """
 
     model: LinearModel
@@ -105,6 +72,7 @@ class Problem:
     known_scales: Scales | None = None
     low_pass: LowPass | None = LINEAR_PHASE
     told: bool = True
+    geometry: Geometry | None = None
 
     @property
     def step_s(self) -> float:
@@ -129,17 +97,35 @@ class Problem:
     @cached_property
     def trials(self) -> tuple[Trial, ...]:
         """The recordings as the likelihood sees them."""
-        return tuple(self.trial(r.u, r.y) for r in self.recordings)
+        return tuple(self.trial(r.u, r.y, r.geometric) for r in self.recordings)
 
-    def trial(self, u: Array, y: Array) -> Trial:
-        """Return samples as the likelihood sees them: inputs (samples, r), outputs (samples, m)."""
-        known = np.array(y)
+    def trial(self, u: Array, y: Array, geometric: Geometric | None = None) -> Trial:
+        """Return samples as the likelihood sees them.
+
+        Args:
+            u: inputs, (samples, r).
+            y: outputs, (samples, m).
+            geometric: what large motion adds; its forces are further inputs.
+        """
+        known, between = np.array(y), u
         known[len(y) - EDGE :] = np.nan
-        if np.all(self.cornered):
-            return Trial(u, u, known, self.step_s)
-        # to first order what the lines miss is what the nominal twin misses
-        known -= hold_error(self.model, np.where(self.cornered, 0.0, u), self.step_s)
-        return Trial(u, np.where(self.cornered, u, prefiltered(u)), known, self.step_s)
+        if not np.all(self.cornered):
+            # to first order what the lines miss is what the nominal twin misses
+            known -= hold_error(self.model, np.where(self.cornered, 0.0, u), self.step_s)
+            between = np.where(self.cornered, u, prefiltered(u))
+        if self.geometry is not None:
+            forces = np.zeros((len(u), self.pseudo_forces))
+            if geometric is not None:
+                forces = geometric.forces
+                known -= geometric.readings
+            between = np.hstack([between, prefiltered(forces)])
+            u = np.hstack([u, forces])
+        return Trial(u, between, known, self.step_s)
+
+    @property
+    def pseudo_forces(self) -> int:
+        """How many inputs stand for large motion: one for each coordinate, or none."""
+        return 0 if self.geometry is None else len(self.model.coordinates)
 
     @cached_property
     def feedthrough(self) -> Array:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
 from twin.arrays import filled
-from twin.diagnosis.problem import Measured
+from twin.diagnosis.measured import Measured
 from twin.mechanisms import vocabulary
 from twin.mechanisms.mechanism import ChannelFault
 from twin.model.linear import LinearModel

@@ -64,7 +64,7 @@ def forces(hypothesis: Hypothesis, z: Array, beside: Sequence[Predictor]) -> lis
             sizes[index] = float(np.linalg.norm(row)) * mechanism.oscillator()[2]
         elif isinstance(mechanism, ChannelFault) and set(mechanism.channels) <= set(model.inputs):
             own = [model.inputs.index(name) for name in mechanism.channels]
-            moved = [_altered(mechanism, s, model.inputs, s.trial.u)[:, own] @ model.B[:, own].T
+            moved = [_altered(mechanism, s, model.inputs, s.inputs)[:, own] @ model.B[:, own].T
                      for s in beside]  # fmt: skip
             sizes[index] = _rms([np.linalg.norm(m, axis=1) for m in moved])
     return [sizes.get(index) for index in range(len(mechanisms))]
@@ -278,9 +278,7 @@ def _altered_by(
     """Return the RMS of what a fault changes in a channel, and of the channel."""
     driven = name in model.inputs
     names = model.inputs if driven else model.outputs
-    values = (
-        predictor.trial.u if driven else np.nan_to_num(predictor.trial.y) - predictor.followed.e
-    )
+    values = predictor.inputs if driven else np.nan_to_num(predictor.trial.y) - predictor.followed.e
     column = list(names).index(name)
     altered = _altered(fault, predictor, names, values)
     return _rms([altered[:, column]]), _rms([values[:, column]])

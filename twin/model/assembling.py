@@ -105,6 +105,7 @@ def linear_model(
         base=base,
         rest=sensed.rest,
         coordinates=coordinates,
+        shapes=reduced.basis @ shapes,
     )
     T = kept_shapes(full, stiffness, band_hz)
     return full if T is None else full.within(T, left_out(full, stiffness, T))

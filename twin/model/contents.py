@@ -10,8 +10,12 @@ from twin.model.nonlinear import NonlinearElement, structural_elements
 from twin.model.rest import Reduced, settle
 
 
-def nonlinear_elements(model: mujoco.MjModel) -> tuple[NonlinearElement, ...]:
+def nonlinear_elements(model: mujoco.MjModel, weights: bool = True) -> tuple[NonlinearElement, ...]:
     """Return the elements of a compiled model that are not linear about its rest, or not ideal.
+
+    Args:
+        model: the model.
+        weights: whether what hangs on a joint counts, a matter of geometry.
 
     Raises:
         ModelError: the model has no rest.
@@ -19,5 +23,5 @@ def nonlinear_elements(model: mujoco.MjModel) -> tuple[NonlinearElement, ...]:
     reduced = Reduced(model)
     settle(reduced)
     reduced.at_rest()
-    structure = tuple(structural_elements(model, reduced.data))
+    structure = tuple(structural_elements(model, reduced.data, weights))
     return (*structure, *drifting_springs(model), *imperfect_instruments(reduced, model))

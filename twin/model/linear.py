@@ -58,6 +58,7 @@ class LinearModel:
         coordinates: names of q.
         left_out: largest share of a static displacement (force and motion at the same input or
             port) that the coordinates cannot show; 0 where no mode is left out.
+        shapes: displacements of the joints for unit q, (nv, n); None where they are not known.
     """
 
     M: Array
@@ -78,6 +79,7 @@ class LinearModel:
     left_out: float = 0.0
     sites: Mapping[str, Body] = field(default_factory=dict)
     driven: Mapping[str, str] = field(default_factory=dict)
+    shapes: Array | None = None
 
     def __post_init__(self) -> None:
         n, r, m = len(self.coordinates), len(self.inputs), len(self.outputs)
@@ -259,6 +261,7 @@ class LinearModel:
             base={key: replace(b, row=b.row @ T) for key, b in self.base.items()},
             coordinates=tuple(f"q{k + 1}" for k in range(T.shape[1])),
             left_out=left_out,
+            shapes=None if self.shapes is None else self.shapes @ T,
         )
 
     def seeing(self, displacement: Array, velocity: Array) -> LinearModel:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import mujoco
 import numpy as np
@@ -24,12 +24,15 @@ class Motion:
             axis ("A1.y"), by its bare name where it can move along x only ("acc_floor1").
         qpos: joint positions of ``model``, for viewers, (samples, nq).
         model: the compiled model that ``qpos`` belongs to.
+        others: what vector sensors read by names that are no channels of their own: the bare name,
+            axes across the motion.
     """
 
     rate_hz: float
     columns: dict[str, Array]
     qpos: Array
     model: mujoco.MjModel
+    others: dict[str, Array] = field(default_factory=dict, repr=False)
 
     def __repr__(self) -> str:
         seconds = self.samples / self.rate_hz
@@ -54,4 +57,6 @@ class Motion:
         for known in (name, f"{name}.x", name.removesuffix(".x")):
             if known in self.columns:
                 return self.columns[known]
+        if name in self.others:
+            return self.others[name]
         raise ModelError(f"no channel '{name}'; there are {available(self.columns)}")

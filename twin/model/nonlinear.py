@@ -85,14 +85,18 @@ class _Spring:
         return np.asarray(self.force(self.rest + drift) - linear)
 
 
-def structural_elements(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[NonlinearElement]:
+def structural_elements(
+    model: mujoco.MjModel, data: mujoco.MjData, weights: bool = True
+) -> Iterator[NonlinearElement]:
     """Yield the elements of a structure that are not linear about its rest.
 
     Args:
         model: as it was compiled.
         data: at rest.
+        weights: whether what hangs on a joint counts, a matter of geometry.
     """
-    for part in (_joints, _tendons, _weights, _couplings, _surroundings):
+    heavy = (_weights,) if weights else ()
+    for part in (_joints, _tendons, *heavy, _couplings, _surroundings):
         yield from part(model, data)
 
 

@@ -209,27 +209,35 @@ class Twin(Presentable):
             raise ModelError(f"{self.source}: the rate must be positive, not {rate_hz}")
         if samples < 1:
             raise ModelError(f"{self.source}: at least one sample is needed, not {samples}")
-        model, drives = self._driven(ground_acceleration)
+        ground = ground_acceleration
+        axes = (
+            {} if ground is None else dict(ground) if isinstance(ground, Mapping) else {"x": ground}
+        )
+        model, drives = self.driven(tuple(axes))
         inputs = self._faulty(forces, rate_hz, of_motor=True)
         clocks = [name for name in names_in(model)["actuator"] if name.endswith(CLOCK)]
-        inputs |= dict.fromkeys(clocks, np.arange(samples) / rate_hz) | drives
+        inputs |= dict.fromkeys(clocks, np.arange(samples) / rate_hz)
+        inputs |= {drives[axis]: values for axis, values in axes.items()}
         table = rolling.input_table(model, inputs, samples, self.source)
-        qpos, columns = rolling.roll(model, table, rate_hz, self.source, progress)
-        return Motion(rate_hz, columns, qpos, model)
+        qpos, columns, others = rolling.roll(model, table, rate_hz, self.source, progress)
+        return Motion(rate_hz, columns, qpos, model, others)
 
-    def _driven(
-        self, ground: Array | Mapping[str, Array] | None
-    ) -> tuple[mujoco.MjModel, dict[str, Array]]:
-        """Return the model to simulate and the values of the actuators that shake its ground."""
+    def driven(self, axes: Sequence[str]) -> tuple[mujoco.MjModel, dict[str, str]]:
+        """Return the model as it is simulated, and by axis the actuator that shakes its ground.
+
+        The value of every input is the activation of its actuator, an integrator.
+
+        Args:
+            axes: along which the ground's motion is prescribed.
+        """
         text = (self.mjcf, self.source)
-        if ground is None:
+        if not axes:
             return compiling.driven(*text, self.clamped, False, self.mechanisms), {}
-        axes = dict(ground) if isinstance(ground, Mapping) else {"x": ground}
         if set(axes) == {"x"} and compiling.carries_all(*text):
             model = compiling.driven(*text, self.clamped, True, self.mechanisms)
-            return model, {compiling.GROUND_DRIVE: axes["x"]}
+            return model, {"x": compiling.GROUND_DRIVE}
         model = compiling.driven(*text, True, axes, self.mechanisms)
-        return model, {drive_name(axis): values for axis, values in axes.items()}
+        return model, {axis: drive_name(axis) for axis in axes}
 
     def recorded(self, columns: Mapping[str, Array], rate_hz: float) -> dict[str, Array]:
         """Return channels as instruments record them that have the mechanisms' faults.

@@ -19,18 +19,19 @@ LARGEST_RATIO = 10_000
 """Rates are matched by a fraction whose denominator is no larger than this."""
 
 
-def resample(samples: Array, rate_hz: float, new_rate_hz: float) -> Array:
+def resample(samples: Array, rate_hz: float, new_rate_hz: float, kept: float = KEPT) -> Array:
     """Return the band-limited signal through ``samples`` at another rate, without delay.
 
     The first output is at the first sample's time; the last is not later than the last sample.
     Beyond its ends the signal is continued by point reflection, so a record that does not start
-    or end at rest shows no step there. Frequencies up to 0.9 times the smaller of the two Nyquist
-    frequencies are kept within 1e-5; those above that Nyquist frequency are removed.
+    or end at rest shows no step there. Frequencies up to ``kept`` times the smaller of the two
+    Nyquist frequencies are kept within 1e-5; those above that Nyquist frequency are removed.
 
     Args:
         samples: signal, time along the first axis, at least two samples.
         rate_hz: its sampling rate [Hz].
         new_rate_hz: wanted sampling rate [Hz].
+        kept: share of the band; the filter's length grows with 1 / (1 - kept).
 
     Raises:
         ValueError: a rate is not positive, or the rates have no ratio of whole numbers up to
@@ -47,7 +48,7 @@ def resample(samples: Array, rate_hz: float, new_rate_hz: float) -> Array:
         return samples.copy()
     common_hz = rate_hz * up
     nyquist = min(rate_hz, new_rate_hz) / 2
-    filter_ = low_pass(common_hz, KEPT * nyquist, nyquist)
+    filter_ = low_pass(common_hz, kept * nyquist, nyquist)
     lead = -(-filter_.reach // up)
     edges = [(lead, lead)] + [(0, 0)] * (samples.ndim - 1)
     extended = np.pad(samples, edges, mode="reflect", reflect_type="odd")

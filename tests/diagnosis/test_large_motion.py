@@ -1,0 +1,47 @@
+"""Large motion of the user's own model is no missing physics."""
+
+from dataclasses import replace
+
+from twin import hammer_test
+from twin.diagnosis.beginning import start_of
+from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.predict import nrmse, predictors
+from twin.diagnosis.prepare import prepare
+from twin.estimation.fit import fit
+from twin.model import Twin
+
+
+def hits(peak):
+    """Blows on a frame of hinges, which leans by up to 0.02 rad at 20 N."""
+    return [hammer_test("two_storey", peak_n=peak, seed=seed) for seed in range(2)]
+
+
+def evidence(problem):
+    """Evidence of the nominal model within its tolerances [nat]."""
+    blank = Hypothesis(problem)
+    return fit(blank, start_of(blank)).log_evidence
+
+
+def test_a_frame_hit_hard_is_itself_where_linear_equations_would_bend_it():
+    ready = prepare(Twin.load("two_storey"), hits(20.0)[:1], hits(20.0)[1:])
+    assert ready.train.geometry is not None
+    assert evidence(ready.train) > evidence(replace(ready.train, geometry=None)) + 20
+
+
+def test_a_frame_hit_gently_needs_no_geometry():
+    ready = prepare(Twin.load("two_storey"), hits(0.5)[:1], hits(0.5)[1:])
+    assert ready.train.geometry is None
+
+
+def test_a_free_run_needs_no_output_to_bend_as_mujoco_does():
+    first, second = hits(20.0)
+    ready = prepare(Twin.load("two_storey"), [first], [second])
+    [test] = ready.test.recordings
+    deaf = replace(test, geometric=None)  # what was measured of the motion is not told
+    blank = Hypothesis(replace(ready.test, recordings=(deaf,)))
+    [beside] = predictors(blank, start_of(blank))
+    measured = second.matrix(ready.test.model.outputs)
+    assert nrmse([measured], [beside.from_rest()]) < 0.013
+    flat = Hypothesis(replace(ready.test, geometry=None))
+    [linear] = predictors(flat, start_of(flat))
+    assert nrmse([measured], [linear.from_rest()]) > 0.025
