@@ -12,6 +12,7 @@ the log likelihood would rise by s^2 / (2 I) at the strength -s / I.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -21,11 +22,12 @@ from twin.diagnosis.beginning import added, beginnings, moved_to
 from twin.diagnosis.candidates import Candidate
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.linearised import Linearised
+from twin.diagnosis.portion import on_a_part
 from twin.diagnosis.scales import ROUNDING
 from twin.estimation.density import Part
 from twin.estimation.fit import Fit
 from twin.estimation.likelihood import Value, evaluate, gaussian, passes
-from twin.estimation.model import Unknown
+from twin.estimation.model import Trial, Unknown
 from twin.estimation.parallel import each
 from twin.estimation.passing import Run
 from twin.mechanisms.mechanism import ChannelFault, Mechanism
@@ -118,8 +120,10 @@ class ScoreTest:
         value = evaluate(hypothesis, fit.z)
         self.runs = value.runs
         self.linear = Linearised.of(hypothesis, value.runs)
-        still = evaluate(self.linear, fit.z, derivatives=False)
-        self._without, self._likelihood = still.runs, still.log_likelihood
+        self._without = evaluate(self.linear, fit.z, derivatives=False).runs
+        self._part = on_a_part(hypothesis)
+        every_part = (hypothesis, *([self._part] if self._part else []))
+        self._likelihood = {h.problem.samples: _density(value.runs, h.trials) for h in every_part}
         every = np.ones(len(fit.z), bool)
         self.names, self.parts, self.profiled = profiled(hypothesis.unknowns, every, value, fit.z)
 
@@ -218,31 +222,44 @@ class ScoreTest:
         """Return the rise of the log likelihood with a mechanism as it is [nat].
 
         Where it has no parameters the others adjust themselves, to first order and with the noise
-        as it is, from where they are or from the nominal twin.
+        as it is, from where they are or from the nominal twin. What is steady, and lowers the
+        likelihood of a part, is not followed on.
         """
         grown = added(self.hypothesis, candidate, start)
         z = moved_to(grown, self.hypothesis, self.fit.z, start)
-        if start.parameters:
-            return self._rise(grown, z)[0]
-        return max(max(self._rise(grown, begun)) for begun in beginnings(grown, z))
+        if not start.parameters:
+            return max(max(self._rise(grown, begun)) for begun in beginnings(grown, z))
+        if self._part is not None:
+            there = self._rise(added(self._part, candidate, start), z)[0]
+            if there < 0:
+                return there
+        return self._rise(grown, z)[0]
 
     def _rise(self, grown: Hypothesis, z: Array) -> tuple[float, float]:
-        """Return the rise of the log likelihood, and that with the others adjusted."""
+        """Return the rise of the log likelihood, and that with the others adjusted.
+
+        What the linearised laws miss is no matter of what is added: only changes count.
+        """
         try:
             value = evaluate(self.linear.beside(grown), z, derivatives=False)
         except (ValueError, np.linalg.LinAlgError):
             return -np.inf, -np.inf
+        triples = zip(self.runs, value.runs, self._without, strict=True)
+        runs = [replace(near, e=own.e[: len(near.e)] + near.e - here.e[: len(near.e)])
+                for own, near, here in triples]  # fmt: skip
+        rise = _density(runs, value.trials) - self._likelihood[grown.problem.samples]
+        if grown.problem.samples < self.hypothesis.problem.samples:
+            return rise, rise
         known = dict(zip((u.name for u in grown.unknowns), z.tolist(), strict=True))
         pull = np.array([known[name] for name in self.names])
-        return value.log_likelihood - self._likelihood, self._adjusted(value.runs, pull)
-
-    def _adjusted(self, runs: Sequence[Run], pull: Array) -> float:
-        """Return by how much half the squares of innovations and priors fall, adjusted."""
-        triples = zip(self.runs, runs, self._without, strict=True)
-        changed = [own.e + near.e - here.e for own, near, here in triples]
-        white = [self.whitened(i, e[:, :, None])[:, 0] for i, e in enumerate(changed)]
+        white = [self.whitened(i, run.e[:, :, None])[:, 0] for i, run in enumerate(runs)]
         own = self.profiled
-        return own.left(own.white, own.pull) - own.left(white, pull)
+        return rise, own.left(own.white, own.pull) - own.left(white, pull)
+
+
+def _density(runs: Sequence[Run], trials: Sequence[Trial]) -> float:
+    pairs = zip(runs, trials, strict=True)
+    return sum(gaussian(replace(run, e=run.e[: len(trial.y)]), trial).value for run, trial in pairs)
 
 
 def _remembers(fault: ChannelFault) -> bool:

@@ -75,9 +75,12 @@ def of_valleys(fit: Fit, linear: Linearised, candidates: Sequence[Candidate]) ->
         for start in candidate.starts:
             grown = added(short, candidate, start)
             model = linear.beside(grown)
-            z = moved_to(grown, short, here.z, start)
-            runners.append(_begun(adjusted, model, likeliest(model, beginnings(grown, z))))
-        racing.append((candidate, _likelier(runners)))
+            _, z = likeliest(model, beginnings(grown, moved_to(grown, short, here.z, start)))
+            runners.append(_begun(adjusted, (-np.inf, z, model), 0))
+        # the others adjusted already, what is not likely where it begins is another one's valley
+        racing.append(
+            (candidate, _likelier([_begun(adjusted, r, FIRST) for r in _likelier(runners)]))
+        )
     # what gains no more on this part than a step has to is as far as it gets
     least = adjusted.log_posterior + ROUGH
     behind = [(c, runners) for c, runners in racing if not runners[0][0] > least]
@@ -102,13 +105,14 @@ def of_valleys(fit: Fit, linear: Linearised, candidates: Sequence[Candidate]) ->
     return scores
 
 
-def _begun(adjusted: Adjusted, model: Linearised, begin: tuple[float, Array]) -> _Runner:
-    """Return where the first steps lead, of what is added alone."""
-    _, z = begin
+def _begun(adjusted: Adjusted, runner: _Runner, steps: int) -> _Runner:
+    """Return where so many first steps lead, of what is added alone; none tell where it stands."""
+    _, z, model = runner
     try:
-        return (*adjusted.steps(model, z, FIRST), model)
+        value, moved = adjusted.steps(model, z, steps)
     except (ValueError, np.linalg.LinAlgError):
         return -np.inf, z, model
+    return value, moved if steps else z, model
 
 
 def _ahead(racing: list[_Race], behind: list[_Race]) -> list[_Race]:

@@ -195,9 +195,10 @@ def _of_trial(
 def no_slopes(plant: Sampled, gain: Gains, numbers: Array, p: int = 0) -> Slopes:
     """Return derivatives with respect to nothing but the first state, which p unknowns change."""
     own = predicting(plant)
+    (samples, n, m), held = gain.state.shape, gain.held.shape[1]
     return Slopes(
         np.zeros((*step_matrix(own).shape, 0)), np.zeros((*read_matrix(own).shape, 0)),
-        np.zeros((*gain_matrices(gain).shape, p)), np.zeros((*numbers.shape, 0)),
+        np.zeros((samples, n + held, m, p)), np.zeros((*numbers.shape, 0)),
         np.zeros((*simulation_matrix(plant).shape, 0)),
         np.zeros((*gain.innovation.shape, p)), [], np.arange(p), {},
     )  # fmt: skip
