@@ -54,6 +54,7 @@ def test_a_cubic_spring_is_left_to_the_law_that_stands_for_it():
         ("cantilever", ("force_tip",), ("acc_mid", "acc_tip"), 1.0),
         ("portal_3d", ("force_floor1_x",), ("acc_floor1_a.x", "acc_floor1_a.y"), 3.0),
         ("portal_3d", ("acc_ground.y",), ("acc_floor1_b.x", "acc_floor1_b.y"), 0.5),
+        ("two_storey", ("acc_ground",), ("acc_floor1", "acc_floor2"), 2.0),
     ],
 )
 def test_a_free_run_with_pseudo_forces_is_mujocos_ten_times_as_closely(

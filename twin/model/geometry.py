@@ -43,6 +43,9 @@ PASSES = 2
 """Times that a simulation is done again with the pseudo-forces of the last one: what is left falls
 by their share of all forces, a few per cent, each time."""
 
+NEWTON = 3
+"""Steps of MuJoCo's constraint solver: one, and two for rounding."""
+
 FINER = 4
 """Pieces of a sample in which pseudo-forces are straight: they have twice the motion's frequencies
 and more, of which straight lines lose (w h)^2 / 12."""
@@ -202,6 +205,9 @@ def _smooth(model: mujoco.MjModel, source: str) -> mujoco.MjModel:
     ):
         values[:] = 0
     model.eq_solimp[:, :2] = 0.9999  # a coupling then gives way by 1e-4 of what it resists
+    # couplings alone are quadratic: Newton's method has them in a step, however small the motion
+    model.opt.solver = mujoco.mjtSolver.mjSOL_NEWTON
+    model.opt.tolerance, model.opt.iterations = 0.0, NEWTON
     model.opt.timestep = INSTANT_S
     model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP)
