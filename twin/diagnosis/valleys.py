@@ -74,16 +74,19 @@ def of_valleys(fit: Fit, linear: Linearised, candidates: Sequence[Candidate]) ->
         runners = []
         for start in candidate.starts:
             grown = added(short, candidate, start)
-            model = linear.beside(grown)
-            _, z = likeliest(model, beginnings(grown, moved_to(grown, short, here.z, start)))
-            runners.append(_begun(adjusted, (-np.inf, z, model), 0))
-        # the others adjusted already, what is not likely where it begins is another one's valley
-        racing.append(
-            (candidate, _likelier([_begun(adjusted, r, FIRST) for r in _likelier(runners)]))
-        )
+            model, z = linear.beside(grown), moved_to(grown, short, here.z, start)
+            begun = [_begun(adjusted, (-np.inf, b, model), 0) for b in beginnings(grown, z)]
+            runners.append(max(begun, key=lambda runner: runner[0]))
+        racing.append((candidate, _likelier(runners)))
+    # the others adjusted, where it begins tells what is not likely: of one kind one place at most
+    behind: list[_Race] = []
+    racing = _halved_by_kind(racing, behind)
+    racing = [
+        (c, _likelier([_begun(adjusted, r, FIRST) for r in runners])) for c, runners in racing
+    ]
     # what gains no more on this part than a step has to is as far as it gets
     least = adjusted.log_posterior + ROUGH
-    behind = [(c, runners) for c, runners in racing if not runners[0][0] > least]
+    behind += [(c, runners) for c, runners in racing if not runners[0][0] > least]
     racing = _ahead([(c, runners) for c, runners in racing if runners[0][0] > least], behind)
     for steps in LAPS:
         racing = [(c, _likelier([_further(*r, steps) for r in runners])) for c, runners in racing]
@@ -113,6 +116,18 @@ def _begun(adjusted: Adjusted, runner: _Runner, steps: int) -> _Runner:
     except (ValueError, np.linalg.LinAlgError):
         return -np.inf, z, model
     return value, moved if steps else z, model
+
+
+def _halved_by_kind(racing: list[_Race], behind: list[_Race]) -> list[_Race]:
+    """Return the likelier half of the places of every mechanism; the others are put behind."""
+    out: list[_Race] = []
+    for name in dict.fromkeys(candidate.label[0] for candidate, _ in racing):
+        alike = [race for race in racing if race[0].label[0] == name]
+        alike.sort(key=lambda race: -race[1][0][0])
+        kept = max((len(alike) + 1) // 2, WIDTH)
+        out += alike[:kept]
+        behind += alike[kept:]
+    return out
 
 
 def _ahead(racing: list[_Race], behind: list[_Race]) -> list[_Race]:

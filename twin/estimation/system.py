@@ -115,7 +115,8 @@ def transition(A: Array, B: Array, h: float, ramps: int) -> tuple[Array, Array, 
     big = np.zeros((n + k + ramps, n + k + ramps))
     big[:n, :n], big[:n, n : n + k] = A * h, B * h
     big[n : n + ramps, n + k :] = np.eye(ramps)
-    power = expm(big)
+    with np.errstate(over="ignore", invalid="ignore"):  # what runs away has no stationary filter
+        power = expm(big)
     return power[:n, :n], power[:n, n : n + k], power[:n, n + k :]
 
 
