@@ -96,7 +96,7 @@ class Hypothesis:
         """Outputs that see the force of a law that jumps: there stands a discrepancy, too."""
         model = self.problem.model
         seen = np.zeros(len(model.outputs))
-        for law in (law for law in self._abrupt if law.jumps):
+        for law in [law for law in self._abrupt if law.jumps]:
             moved = np.linalg.solve(model.M, model.port(law.place))
             through = np.abs(model.Ca @ moved) / np.linalg.norm(moved)
             seen = np.maximum(seen, through / np.maximum(np.max(np.abs(model.Ca), axis=1), 1e-300))

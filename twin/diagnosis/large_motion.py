@@ -30,16 +30,15 @@ def with_large_motion(twin: Twin, problems: Sequence[Problem]) -> list[Problem]:
         problems: of the training recordings, and others of the same model.
     """
     geometry = geometry_of(twin, problems[0].model)
-    if geometry is None or not any(_seen(problems[0], geometry, _along(problems[0], geometry))):
+    if geometry is None:
         return list(problems)
-    out = []
+    out: list[Problem] = []
     for problem in problems:
-        recordings = tuple(
-            replace(recording, geometric=geometric)
-            for recording, geometric in zip(
-                problem.recordings, _along(problem, geometry), strict=True
-            )
-        )
+        every = _along(problem, geometry)
+        if not out and not _seen(problem, geometry, every):
+            return list(problems)
+        pairs = zip(problem.recordings, every, strict=True)
+        recordings = tuple(replace(recording, geometric=more) for recording, more in pairs)
         out.append(replace(problem, recordings=recordings, geometry=geometry))
     return out
 
@@ -53,11 +52,11 @@ def _along(problem: Problem, geometry: Geometry) -> list[Geometric]:
     return found
 
 
-def _seen(problem: Problem, geometry: Geometry, every: Sequence[Geometric]) -> list[bool]:
-    """Say of each recording whether large motion changes an output by a share of its noise."""
-    seen = []
+def _seen(problem: Problem, geometry: Geometry, every: Sequence[Geometric]) -> bool:
+    """Say whether large motion changes any output by a share of its noise."""
     for levels, geometric in zip(problem.output_levels, every, strict=True):
         change = geometry.moved_by(geometric, problem.sampling_hz)
         size = np.sqrt(np.mean(change**2, axis=0))
-        seen.append(bool(np.any(~np.isfinite(size) | (size > NOTED * levels))))
-    return seen
+        if np.any(~np.isfinite(size) | (size > NOTED * levels)):
+            return True
+    return False

@@ -22,7 +22,7 @@ from twin.estimation.passing import LawAverages, Run, open_loop, run
 from twin.estimation.sensitivities import plants_of
 from twin.estimation.start import estimated_start, root_of
 from twin.estimation.system import Noise, Sampled
-from twin.mechanisms.mechanism import ChannelFault, Mechanism, StructuralChange
+from twin.mechanisms.mechanism import ChannelFault, Mechanism
 from twin.model.geometry import PASSES
 
 Array = NDArray[np.float64]
@@ -48,7 +48,6 @@ class Predictor:
         gain: of the predictor.
         averages: what the laws do on the average of the motion.
         problem: the estimation problem.
-        coordinates: how many the model has at the values.
     """
 
     mechanisms: tuple[Mechanism, ...]
@@ -60,12 +59,16 @@ class Predictor:
     gain: Gains
     averages: LawAverages
     problem: Problem
-    coordinates: int
 
     @property
     def inputs(self) -> Array:
         """The measured inputs, (samples, r)."""
         return self.trial.u[:, : len(self.problem.model.inputs)]
+
+    @property
+    def coordinates(self) -> int:
+        """How many coordinates the model has: process noise pushes each, inputs have their own."""
+        return self.plant.system.W.shape[1] - len(self.problem.model.inputs)
 
     @cached_property
     def followed(self) -> Run:
@@ -146,20 +149,9 @@ def predictors(hypothesis: Hypothesis, z: Array) -> list[Predictor]:
         everything = (*hypothesis.at(z), *hypothesis.problem.known_at(z))
         averages = averages_at(hypothesis, here, plants, t)
         gain = gains(plant, noise, equivalent=averages.equivalent, missing=trial.missing)
-        out.append(
-            Predictor(everything, names, here, trial, plant, noise, gain, averages,
-                      hypothesis.problem, _coordinates(hypothesis, z))
-        )  # fmt: skip
+        out.append(Predictor(everything, names, here, trial, plant, noise, gain, averages,
+                             hypothesis.problem))  # fmt: skip
     return out
-
-
-def _coordinates(hypothesis: Hypothesis, z: Array) -> int:
-    """Return how many coordinates the twin has with its mechanisms."""
-    model = hypothesis.problem.model
-    for mechanism in sorted(hypothesis.at(z), key=lambda m: m.stage):
-        if isinstance(mechanism, StructuralChange):
-            model = mechanism.edit(model)
-    return len(model.coordinates)
 
 
 def placed(fitted: Hypothesis, z: Array, problem: Problem) -> tuple[Hypothesis, Array]:

@@ -25,8 +25,9 @@ Array = NDArray[np.float64]
 
 FIRST, LAPS = 3, (2, 3)
 """Steps in each valley: at first of what is added alone, the others adjusted to first order, then
-of all unknowns. After each lap the likelier half of a candidate's valleys and of the candidates
-goes on (successive halving; Jamieson and Talwalkar 2016); the fit that follows takes the rest."""
+of all unknowns. Before the first and after each lap the likelier half of a candidate's valleys and
+of the candidates (at first, of the places of each mechanism) goes on (successive halving; Jamieson
+and Talwalkar 2016); the fit that follows takes the rest."""
 
 WIDTH = 6
 """Candidates of the screening that are fitted in a search step; so many are never left behind."""
@@ -78,7 +79,7 @@ def of_valleys(fit: Fit, linear: Linearised, candidates: Sequence[Candidate]) ->
             begun = [_begun(adjusted, (-np.inf, b, model), 0) for b in beginnings(grown, z)]
             runners.append(max(begun, key=lambda runner: runner[0]))
         racing.append((candidate, _likelier(runners)))
-    # the others adjusted, where it begins tells what is not likely: of one kind one place at most
+    # the others adjusted, where it begins tells already which places of a mechanism are unlikely
     behind: list[_Race] = []
     racing = _halved_by_kind(racing, behind)
     racing = [

@@ -209,10 +209,11 @@ class Twin(Presentable):
             raise ModelError(f"{self.source}: the rate must be positive, not {rate_hz}")
         if samples < 1:
             raise ModelError(f"{self.source}: at least one sample is needed, not {samples}")
-        ground = ground_acceleration
-        axes = (
-            {} if ground is None else dict(ground) if isinstance(ground, Mapping) else {"x": ground}
-        )
+        axes: dict[str, Array] = {}
+        if isinstance(ground_acceleration, Mapping):
+            axes |= ground_acceleration
+        elif ground_acceleration is not None:
+            axes["x"] = ground_acceleration
         model, drives = self.driven(tuple(axes))
         inputs = self._faulty(forces, rate_hz, of_motor=True)
         clocks = [name for name in names_in(model)["actuator"] if name.endswith(CLOCK)]
