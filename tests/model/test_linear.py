@@ -219,3 +219,18 @@ def test_what_is_printed_fits_on_a_line_and_names_what_there_is():
     )
     motion = twin.simulate({"hit": np.zeros(50)}, 100, 50)
     assert repr(motion).startswith("Motion(0.5 s at 100 Hz: A1.x, A1.y, A1.z, laser.x")
+
+
+def test_a_stop_three_hundredths_of_a_millimetre_away_is_no_spring_at_rest():
+    near = SLIDE.replace(
+        "</mujoco>",
+        '<tendon><fixed name="stop" stiffness="1e4" springlength="-1000 3e-5">'
+        '<joint joint="rail" coef="1"/></fixed></tendon></mujoco>',
+    )
+    assert Twin(near).linear(["drive"], ["encoder"]).K[0, 0] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_an_axis_across_the_only_motion_can_be_asked_for():
+    motion = Twin.load("portal_3d").simulate({"force_floor1_x": np.ones(8)}, 64, 8)
+    assert "acc_ground.y" not in motion.columns
+    assert motion.column("acc_ground.y") == pytest.approx(np.zeros(8), abs=1e-9)
