@@ -18,6 +18,7 @@ from twin.laboratory import (
     settling_time,
 )
 from twin.laboratory.experiment import stream
+from twin.mechanisms import vocabulary
 from twin.model import Twin
 
 IDEAL = Instrument(bits=None)
@@ -242,3 +243,15 @@ def test_a_ground_that_cannot_slide_cannot_be_shaken(frame):
     fixed = re.sub(r'<motor name="force_ground"[^>]*/>', "", fixed)
     with pytest.raises(ModelError, match="cannot be released"):
         run(Experiment(RandomShaking(), "ground", SHORT), Twin(fixed, "fixed"))
+
+
+def test_where_dry_friction_jumps_the_record_is_that_of_a_finer_simulation(frame):
+    rubbed = frame.including(vocabulary()["coulomb_friction"]("storey2", 0.3))
+    shaking = RandomShaking(1.0, (0.5, 12.0))
+    errors = {}
+    fine = run(ideal(shaking, analyser=Analyser(128.0, 4.0, physics_hz=65536.0)), rubbed)
+    for rate in (None, 1024.0):
+        seen = run(ideal(shaking, analyser=Analyser(128.0, 4.0, physics_hz=rate)), rubbed)
+        errors[rate] = error(seen.column("acc_floor1"), fine.column("acc_floor1"))
+    assert errors[None] < 1e-3
+    assert errors[1024.0] > 3 * errors[None]

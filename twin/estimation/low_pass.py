@@ -12,12 +12,13 @@ from scipy.signal import butter, freqs
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-REACH = 8
-"""Samples to either side that the filter reaches: with Kaiser's window of 63 dB its transition is
-0.48 of half the sampling rate wide, as analysers have that are flat up to the rate over 2.56."""
+REACH = 15
+"""Samples to either side that the filter reaches: by Kaiser's formula, (A - 7.95) / (14.36 width)
+for A = 104 dB and a transition from 1/2.56 of the rate, where analysers end their band, to where
+they alias into it, 1 - 1/2.56."""
 
-SHAPE = 6.0
-"""Of Kaiser's window: the filter stops 63 dB."""
+SHAPE = 10.5
+"""Of Kaiser's window, 0.1102 (A - 8.7): the filter stops 104 dB, as those of 24 bits do."""
 
 LINES = 512
 """Frequencies, up to the sampling rate, that the weights are computed from: a kernel repeats after
