@@ -12,6 +12,8 @@ from twin.estimation.fit import fit
 from twin.estimation.likelihood import evaluate, passes
 from twin.estimation.low_pass import LowPass
 from twin.estimation.model import Trial
+from twin.estimation.passing import simulated
+from twin.estimation.sensitivities import no_slopes, numbers_of, plants_of
 from twin.estimation.system import transition
 
 FINE, SAMPLES, NOISE = 64, 1024, 2e-3
@@ -20,14 +22,14 @@ PORTS = ((-1.0, 1.0),)
 
 
 @cache
-def recorded():
+def recorded(level=4.0, input_noise=0.0):
     """Two masses with dry friction between them, shaken; force and response through one filter."""
     rng = np.random.default_rng(11)
     system, h = two_masses(ports=PORTS, process=False), 1 / (RATE_HZ * FINE)
     spectrum = np.fft.rfft(rng.standard_normal(SAMPLES * FINE))
     spectrum[np.fft.rfftfreq(SAMPLES * FINE, h) > 8.0] = 0.0
     u = np.fft.irfft(spectrum)
-    u *= 4.0 / u.std()
+    u *= level / u.std()
     x, y = np.zeros(4), np.zeros((len(u), 2))
     step, push, _ = transition(system.A, np.column_stack([system.B, system.E]), h, 0)
     still = system.rate[0] @ push[:, 1]
@@ -39,6 +41,7 @@ def recorded():
         x = free + push[:, 1] * f
     seen = resample_poly(np.column_stack([u, y]), 1, FINE, axis=0, window=("kaiser", 6.0))
     seen[:, 1:] += NOISE * rng.standard_normal((SAMPLES, 2))
+    seen[:, 0] += input_noise * rng.standard_normal(SAMPLES)
     # straight lines between the samples lose sinc^2 of what is put back here
     lines = np.fft.rfft(seen[:, 0]) / np.sinc(np.fft.rfftfreq(SAMPLES)) ** 2
     return Trial(seen[:, :1], np.fft.irfft(lines)[:, None], seen[:, 1:], 1 / RATE_HZ)
@@ -117,3 +120,36 @@ def test_where_an_input_rings_outputs_are_uncertain_by_no_more_than_friction_can
         uncertain[90], 0.1 * share * abs(u[90, 0]) * np.abs(system.F[:, 0]), rtol=1e-6
     )
     assert np.all(uncertain[:50] == 0.0)
+
+
+def test_noise_of_the_input_moves_friction_that_holds_as_little_as_the_force_does():
+    noise = 0.02
+    of = replace(model(LowPass(1.0)), trials=(recorded(0.5, noise),))
+    z = truth(of)
+    z[[u.name for u in of.unknowns].index("input noise 0")] += np.log(noise / 2e-3)
+    here = evaluate(of, z, derivatives=False)
+    free = [replace(run.averages, slopes=None) for run in here.runs]
+    apart = evaluate(of, z, derivatives=False, averages=free)
+    assert here.runs[0].averages.slopes[0, 1] > 0
+    assert here.log_likelihood > apart.log_likelihood + 100
+
+
+def test_deviations_from_the_simulation_are_estimated_with_the_dashpot_in_their_equations():
+    of = replace(model(LowPass(1.0)), trials=(recorded(0.5, 0.02),))
+    z = truth(of)
+    (run,) = passes(of, z)
+    here, start, c = of.assemble(z), run.averages.start, run.averages.slopes[0, 1]
+    plant = plants_of(here, of)[0]
+    none = no_slopes(plant, run.gains, numbers_of(here))
+    there = simulated(plant, here, here.trials[0], start, np.zeros((4, 0)), np.zeros(1), 0.0, none)
+    own = plant.system
+    A = own.A + c * np.outer(own.E[:, 0], own.rate[0])
+    C = own.C + c * np.outer(own.F[:, 0], own.rate[0])
+    whole, entry, _ = transition(A, own.W, 1 / RATE_HZ, 0)
+    x, last = -start, len(run.gains.state) - 1
+    for k, beyond in enumerate(there.e):
+        e = beyond - C @ x
+        np.testing.assert_allclose(run.e[k], e, atol=1e-9)
+        x = whole @ (x + run.gains.state[min(k, last)] @ e)
+        x += entry @ run.gains.held[min(k, last)] @ e
+    assert c > 0

@@ -67,10 +67,10 @@ def again(hypothesis: Hypothesis, found: Fit, steps: int = FEW) -> tuple[Hypothe
     """
     if steps and not _open(hypothesis, found, steps):
         return hypothesis, found
-    for group in range(len(_groups(hypothesis))):
+    for group in range(len(_groups(hypothesis, found.z))):
         own = _odds(hypothesis.problem)
         best = hypothesis, found, found.log_evidence - own
-        for problem in _groups(hypothesis)[group]:
+        for problem in _groups(hypothesis, found.z)[group]:
             other, odds = replace(hypothesis, problem=problem), _odds(problem)
             if not steps and likeliest(other, [found.z])[0] - odds <= found.log_posterior - own:
                 continue
@@ -91,7 +91,7 @@ def _open(hypothesis: Hypothesis, found: Fit, steps: int) -> bool:
     if own is None:
         return True
     least = own.log_evidence - _odds(hypothesis.problem)
-    for problem in (problem for group in _groups(part) for problem in group):
+    for problem in (problem for group in _groups(part, own.z) for problem in group):
         odds = _odds(problem)
         tried = attempted(replace(part, problem=problem), own.z, steps, least + odds)
         if tried is not None and tried.log_evidence - odds > least:
@@ -121,8 +121,11 @@ def filter_in_words(hypothesis: Hypothesis) -> tuple[str, ...]:
     return (f"laws that jump are simulated, and seen through a low-pass {kind}, its edge {edge}",)
 
 
-def _groups(hypothesis: Hypothesis) -> list[list[Problem]]:
-    """Return what else measured inputs, motors' commands and the analyser's filter could do."""
+def _groups(hypothesis: Hypothesis, z: Array) -> list[list[Problem]]:
+    """Return what else measured inputs, motors' commands and the analyser's filter could do.
+
+    Filters are many and alike: of those that filter, only the likeliest where the fit is, z (p,).
+    """
     problem, groups = hypothesis.problem, []
     for driven in sorted({_driven(problem, name) for name in problem.model.inputs}):
         several = (
@@ -134,7 +137,10 @@ def _groups(hypothesis: Hypothesis) -> list[list[Problem]]:
         )
         groups.append([replace(problem, between=b) for b in several if b != problem.between])
     if hypothesis.jumps:
-        groups.append([replace(problem, low_pass=f) for f in FILTERS if f != problem.low_pass])
+        others = [replace(problem, low_pass=f) for f in FILTERS if f != problem.low_pass]
+        alike = [replace(hypothesis, problem=p) for p in others if p.low_pass is not None]
+        likely = max(alike, key=lambda h: likeliest(h, [z])[0]).problem
+        groups.append([likely, *(p for p in others if p.low_pass is None)])
     return groups
 
 

@@ -9,17 +9,24 @@ what it may be.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.estimation.density import density
 from twin.estimation.kalman import EquivalentLinear, gains, start_covariances
 from twin.estimation.model import Assembly, Model, Trial
-from twin.estimation.passing import LawAverages, Run, run
+from twin.estimation.passing import LawAverages, Run, deviations, run, simulated, trust_in
+from twin.estimation.sensitivities import no_slopes, numbers_of
 from twin.estimation.start import estimated_start
-from twin.estimation.system import Noise, Sampled, System, transition
+from twin.estimation.system import Noise, Sampled, System, predicting, transition
 
 Array = NDArray[np.float64]
+
+SHARES = (0.0, 0.1, 0.3, 1.0, 10.0, 100.0)
+"""Of the dashpot that a law is on the average of a motion, what it may be for small deviations from
+it: none where friction slides, any where it holds."""
 
 START_STEPS = 3
 """Gauss-Newton steps to the state that a simulation begins with: of a linear structure one is
@@ -38,7 +45,7 @@ def averages_at(model: Model, here: Assembly, plants: Sequence[Sampled], index: 
         blur = _ringing(model, here, plant.system, trial) if model.blurred else None
         known = LawAverages(blur=blur)
         start = estimated_start(here, trial, plant, here.noises[index], known, START_STEPS)
-        return LawAverages(blur=blur, start=start)
+        return _holding(here, trial, plant, here.noises[index], LawAverages(blur=blur, start=start))
     passed = run(here, trial, plant, gains(plant, here.noises[index], missing=trial.missing))
     system = plant.system
     if not (np.all(np.isfinite(passed.f)) and np.all(np.isfinite(passed.x))):
@@ -62,6 +69,35 @@ def averages_at(model: Model, here: Assembly, plants: Sequence[Sampled], index: 
         unknown = unknown_forces(here, passed, here.noises[index], equivalent, tangent)
         blur = blur + unknown**2 @ (system.F**2).T
     return LawAverages(equivalent, blur, slopes)
+
+
+def _holding(
+    here: Assembly, trial: Trial, plant: Sampled, noise: Noise, averages: LawAverages
+) -> LawAverages:
+    """Return with the likeliest dashpots by which laws act on deviations from their simulation."""
+    assert averages.start is not None
+    n, laws = len(plant.A), len(here.laws)
+    quiet = gains(predicting(plant), noise, first=0)
+    without = no_slopes(plant, quiet, numbers_of(here))
+    there = simulated(plant, here, trial, averages.start, np.zeros((n, 0)), np.zeros(laws), 0.0,
+                      without)  # fmt: skip
+    v = there.x @ plant.system.rate.T
+    slopes = np.zeros((laws, 2))
+    slopes[:, 1] = np.sum(there.f * v, axis=0) / np.maximum(np.sum(v**2, axis=0), 1e-300)
+    best, found = -np.inf, averages
+    for share in SHARES:
+        tried = replace(averages, slopes=share * slopes)
+        filtering = tried.filtering(plant)
+        try:
+            gain = gains(filtering, noise, missing=trial.missing)
+            trust, d = trust_in(gain, tried.blur), no_slopes(plant, gain, numbers_of(here))
+            e, _, _ = deviations(filtering, trial, gain, trust, -averages.start, there, d)
+            value = density(e, trial.y, gain.innovation, tried.blur).value
+        except (ValueError, np.linalg.LinAlgError):
+            continue
+        if value > best:
+            best, found = value, tried
+    return found
 
 
 def _ringing(model: Model, here: Assembly, system: System, trial: Trial) -> Array:

@@ -61,7 +61,8 @@ def _passed(here: Assembly, plants: Sequence[Sampled], index: int, averages: Law
     """Return the pass over one recording, with derivatives where there are slopes."""
     plant, trial = plants[here.which[index]], here.trials[index]
     noise = here.noises[index]
-    gain = gains(plant, noise, equivalent=averages.equivalent, missing=trial.missing)
+    filtering = averages.filtering(plant)
+    gain = gains(filtering, noise, equivalent=averages.equivalent, missing=trial.missing)
     result = run(here, trial, plant, gain, slopes, averages=averages)
     for place, assembly in slopes.taken_back.items() if slopes else ():
         moved = run(here, assembly.trials[index], plant, gain, averages=averages)
@@ -87,7 +88,7 @@ def evaluate(
     slopes = None
     moving = np.ones(len(model.unknowns), bool) if free is None else free
     if derivatives and np.any(moving):
-        slopes = slopes_of(model, z, here, plants, [a.equivalent for a in known], moving)
+        slopes = slopes_of(model, z, here, plants, known, moving)
     p = len(model.unknowns)
     log_likelihood, gradient, information = 0.0, np.zeros(p), np.zeros((p, p))
     runs: list[Run] = each(

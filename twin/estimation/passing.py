@@ -19,14 +19,13 @@ from twin.estimation.sensitivities import (
     gain_matrices,
     no_slopes,
     numbers_of,
-    predicting,
     read_matrix,
     simulation_matrix,
     step_matrix,
 )
 from twin.estimation.simulated import filtered, simulate
 from twin.estimation.stepping import predict
-from twin.estimation.system import Sampled, System
+from twin.estimation.system import Sampled, System, deviating
 
 Array = NDArray[np.float64]
 
@@ -42,7 +41,8 @@ class LawAverages:
     Attributes:
         equivalent: what they add to the linear system, for the gains.
         blur: variances of the outputs beside their noise's, (samples, m).
-        slopes: k and c of each law's k d + c v, (l, 2); none where they are not known.
+        slopes: k and c of each law's k d + c v, (l, 2); none where they are not known. Where laws
+            are simulated, of deviations from the simulation.
         start: state from which laws are simulated, (n,); rest without.
     """
 
@@ -56,6 +56,12 @@ class LawAverages:
         if self.slopes is None:
             return np.zeros_like(system.drift)
         return np.asarray(self.slopes[:, :1] * system.drift + self.slopes[:, 1:] * system.rate)
+
+    def filtering(self, plant: Sampled) -> Sampled:
+        """Return the system of a Kalman filter: of deviations, where laws are simulated."""
+        if plant.driven is None:
+            return plant
+        return deviating(plant, self.tangent(plant.system))
 
 
 @dataclass(frozen=True)
@@ -81,6 +87,23 @@ class Run:
     gains: Gains
     sampled: Sampled
     averages: LawAverages
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """A simulation with the laws, their forces behind the analyser's filter, beside a recording.
+
+    Attributes:
+        e: what the outputs read beyond it, (samples, m); zero where nothing was measured.
+        de: derivatives with respect to the first q unknowns of the stepping loop, (samples, m, q).
+        x, z, f: states, memories and filtered forces, as those of a run.
+    """
+
+    e: Array
+    de: Array
+    x: Array
+    z: Array
+    f: Array
 
 
 def run(
@@ -109,68 +132,126 @@ def run(
         dx0: derivatives of the first state, (n, p).
         averages: what the laws do on the average of the motion; they blur nothing without.
     """
-    laws, numbers = len(assembly.laws), numbers_of(assembly)
-    averages = averages or LawAverages()
-    n, (samples, m) = len(plant.A), trial.y.shape
+    numbers, averages = numbers_of(assembly), averages or LawAverages()
+    n = len(plant.A)
     d = slopes or no_slopes(plant, gain, numbers, 0 if dx0 is None else dx0.shape[1])
     p = len(d.order)
-    e, de = np.empty((samples, m)), np.empty((samples, m, p))
-    x, z, f = np.empty((samples, n)), np.empty((samples, laws)), np.empty((samples, laws))
     c = np.ascontiguousarray
     first = np.zeros(n) if x0 is None else c(x0, dtype=float)
     dfirst = np.zeros((n, p)) if dx0 is None else c(dx0[:, d.order])
-    memories = np.zeros(laws) if z0 is None else c(z0, dtype=float)
-    ramps = (~assembly.held).astype(float)
-    own, u, between, du = predicting(plant), trial.u, trial.between, np.zeros((0, 0, 0))
-    codes, dnumbers = addresses(assembly.laws), d.numbers
-    if plant.driven is not None:
-        told = p if dx0 is not None else d.numbers.shape[2]
-        begun = averages.start if x0 is None and averages.start is not None else first
-        more, du = _simulated(
-            codes, numbers, plant, trial, begun, memories, begin_s, ramps, assembly.scales,
-            d.simulated, d.numbers, dfirst[:, :told], z,
+    memories = np.zeros(len(numbers)) if z0 is None else c(z0, dtype=float)
+    trust = trust_in(gain, averages.blur)
+    if plant.driven is None:
+        passed = _stepped(
+            plant, assembly, trial, gain_matrices(gain), trust, first, dfirst, memories, begin_s,
+            d.step, d.read, d.gain, d.numbers, d.order,
         )  # fmt: skip
-        f[:], none = more[:, :laws], 0 * more[:, laws:]
-        u, between = np.hstack([u, more[:, :laws], none]), np.hstack([between, more])
-        ramps = np.concatenate([ramps, np.zeros(more.shape[1])])
-        codes, numbers, dnumbers = codes[:0], numbers[:0], dnumbers[:0]
-        memories, z_out, f_out = memories[:0], z[:, :0].copy(), f[:, :0].copy()
-    else:
-        z_out, f_out = z, f
+        return Run(*passed, gain, plant, averages)
+    # what the simulation and what is simulated do, and how far the motion deviates from it
+    told = p if dx0 is not None else d.numbers.shape[2]
+    begun = averages.start if x0 is None and averages.start is not None else first
+    found = simulated(plant, assembly, trial, begun, c(dfirst[:, :told]), memories, begin_s, d)
+    filtering = averages.filtering(plant)
+    e, de, deviation = deviations(filtering, trial, gain, trust, first - begun, found, d)
+    f = found.f + deviation @ averages.tangent(plant.system).T
+    return Run(e, de, found.x + deviation, found.z, f, gain, plant, averages)
+
+
+def _stepped(
+    plant: Sampled, assembly: Assembly, trial: Trial, gain: Array, trust: Array, x0: Array,
+    dx0: Array, z0: Array, begin_s: float, dstep: Array, dread: Array, dgain: Array,
+    dnumbers: Array, order: NDArray[np.int64],
+) -> tuple[Array, Array, Array, Array, Array]:  # fmt: skip
+    """Return innovations, their derivatives, states, memories and forces of a plant with laws."""
+    (samples, m), laws, c = trial.y.shape, len(assembly.laws), np.ascontiguousarray
+    e, de = np.empty((samples, m)), np.empty((samples, m, len(order)))
+    x, z, f = np.empty((samples, len(x0))), np.empty((samples, laws)), np.empty((samples, laws))
     predict(
-        codes, step_matrix(own), read_matrix(own),
-        np.vstack([own.system.drift, own.system.rate]), numbers,
-        gain_matrices(gain), _trust(gain, averages.blur), c(u), c(between), du, c(trial.y),
-        first, memories, begin_s, own.steps, trial.step_s, ramps, c(assembly.scales),
-        d.step, d.read, d.gain, dnumbers, dfirst, d.order, e, de, x, z_out, f_out,
+        addresses(assembly.laws), step_matrix(plant), read_matrix(plant),
+        np.vstack([plant.system.drift, plant.system.rate]), numbers_of(assembly), gain, trust,
+        c(trial.u), c(trial.between), np.zeros((0, 0, 0)), c(trial.y), x0, z0, begin_s, plant.steps,
+        trial.step_s, (~assembly.held).astype(float), c(assembly.scales), dstep, dread, dgain,
+        dnumbers, dx0, order, e, de, x, z, f,
     )  # fmt: skip
-    return Run(e, de, x, z, f, gain, plant, averages)
+    return e, de, x, z, f
 
 
-def _simulated(
-    codes: NDArray[np.int64], numbers: Array, plant: Sampled, trial: Trial, x0: Array, z0: Array,
-    begin_s: float, ramps: Array, scales: Array, dstep: Array, dnumbers: Array, dx0: Array,
-    z: Array,
-) -> tuple[Array, Array]:  # fmt: skip
-    """Return the filtered forces of the simulated laws as inputs, (samples, 3 l), and derivatives.
+def simulated(
+    plant: Sampled, assembly: Assembly, trial: Trial, x0: Array, dx0: Array, z0: Array,
+    begin_s: float, d: Slopes,
+) -> Simulation:  # fmt: skip
+    """Return a simulation whose laws' forces pass the filter before they drive and are seen.
 
-    The memories before each sample are filled in.
+    Args:
+        plant: the sampled system.
+        assembly: for the laws.
+        trial: the recording.
+        x0: state before the first sample, (n,).
+        dx0: its derivatives, (n, q).
+        z0: memories of the laws there, (l,).
+        begin_s: time of the first sample [s].
+        d: derivatives.
     """
     assert plant.driven is not None
-    samples, laws, p = len(trial.y), len(numbers), dx0.shape[1]
-    weights, c = plant.driven.weights, np.ascontiguousarray
+    (samples, m), numbers, c = trial.y.shape, numbers_of(assembly), np.ascontiguousarray
+    laws, q, own = len(numbers), dx0.shape[1], plant.driven.plant
+    weights, ramps = plant.driven.weights, (~assembly.held).astype(float)
     parts = samples * plant.steps + weights.shape[1]
-    f, df = np.empty((parts, laws)), np.empty((parts, laws, p))
-    ports = np.vstack([plant.system.drift, plant.system.rate])
-    simulate(codes, simulation_matrix(plant), ports, numbers, c(trial.between), x0, z0, begin_s,
-             plant.steps, trial.step_s, ramps, c(scales), dstep, dnumbers, c(dx0), f, df,
-             z)  # fmt: skip
-    out, dout = np.empty((samples, 3 * laws)), np.empty((samples, 3 * laws, p))
-    filtered(f, df, weights, plant.steps, out, dout)
-    return out, dout if p else np.zeros((0, 0, 0))
+    forces, dforces = np.empty((parts, laws)), np.empty((parts, laws, q))
+    ports, z = np.vstack([plant.system.drift, plant.system.rate]), np.empty((samples, laws))
+    simulate(addresses(assembly.laws), simulation_matrix(plant), ports, numbers, c(trial.between),
+             x0, z0, begin_s, plant.steps, trial.step_s, ramps, c(assembly.scales), d.simulated,
+             d.numbers, dx0, forces, dforces, z)  # fmt: skip
+    more, du = np.empty((samples, 3 * laws)), np.empty((samples, 3 * laws, q))
+    filtered(forces, dforces, weights, plant.steps, more, du)
+    e, de, x = np.empty((samples, m)), np.empty((samples, m, q)), np.empty((samples, len(x0)))
+    none, n, held = np.zeros((samples, 0)), len(x0), own.W.shape[1]
+    predict(
+        addresses(()), step_matrix(own), read_matrix(own), np.zeros((0, n)), numbers[:0],
+        np.zeros((1, n + held, m)), np.zeros((0, 0, 0)),
+        np.hstack([trial.u, more[:, :laws], 0 * more[:, laws:]]), np.hstack([trial.between, more]),
+        du if q else np.zeros((0, 0, 0)), c(trial.y), x0, z0[:0], begin_s, 1, trial.step_s,
+        np.concatenate([ramps, np.zeros(3 * laws)]), np.ones((0, 3)), d.step, d.read,
+        np.zeros((1, n + held, m, q)), d.numbers[:0], dx0, np.arange(q), e, de, x, none.copy(),
+        none.copy(),
+    )  # fmt: skip
+    return Simulation(e, de, x, z, more[:, :laws].copy())
 
 
-def _trust(gain: Gains, blur: Array | None) -> Array:
+def deviations(
+    plant: Sampled, trial: Trial, gain: Gains, trust: Array, x0: Array, beyond: Simulation,
+    d: Slopes,
+) -> tuple[Array, Array, Array]:  # fmt: skip
+    """Return innovations, their derivatives, and deviations from a simulation, (samples, n).
+
+    Args:
+        plant: of the deviations.
+        trial: the recording.
+        gain: of the predictor.
+        trust: as ``predict`` takes it.
+        x0: deviation before the first sample, (n,).
+        beyond: the simulation.
+        d: derivatives.
+    """
+    (samples, m), n, p = beyond.e.shape, len(plant.A), len(d.order)
+    e, de, x = np.empty((samples, m)), np.empty((samples, m, p)), np.empty((samples, n))
+    none, systems, moved = np.zeros((samples, 0)), d.deviating.shape[2], n + plant.W.shape[1]
+    dstep = np.concatenate([d.deviating[:, :moved], np.zeros((n, 2 * m, systems))], axis=1)
+    dread = np.concatenate([d.read_deviating, np.zeros((m, m, systems))], axis=1)
+    # what lies beyond the simulation is an input that is taken off readings of nothing
+    predict(
+        addresses(()), np.hstack([plant.A, plant.W, np.zeros((n, 2 * m))]),
+        np.hstack([plant.system.C, -np.eye(m)]), np.zeros((0, n)), np.zeros((0, 0)),
+        gain_matrices(gain), trust, beyond.e, np.zeros((samples, m)),
+        beyond.de if beyond.de.size else np.zeros((0, 0, 0)),
+        np.where(np.isnan(trial.y), np.nan, 0.0), x0, np.zeros(0), 0.0, 1, trial.step_s,
+        np.zeros(m), np.ones((0, 3)), dstep, dread, d.gain, np.zeros((0, 0, 0)),
+        np.zeros((n, p)), d.order, e, de, x, none.copy(), none.copy(),
+    )  # fmt: skip
+    return e, de, x
+
+
+def trust_in(gain: Gains, blur: Array | None) -> Array:
     """Return S (S + B)^-1 of every sample, (samples, m, m); none where nothing is blurred."""
     if blur is None:
         return np.zeros((0, 0, 0))

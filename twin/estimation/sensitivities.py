@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.estimation.kalman import EquivalentLinear, Gains, gains
+from twin.estimation.kalman import Gains, gains
 from twin.estimation.neighbours import neighbouring_gains
 from twin.estimation.parallel import each
-from twin.estimation.system import Sampled, sampled
+from twin.estimation.system import Sampled, predicting, sampled
 
 if TYPE_CHECKING:
     from twin.estimation.model import Assembly, Model, Unknown
+    from twin.estimation.passing import LawAverages
 
 Array = NDArray[np.float64]
 
@@ -35,6 +36,7 @@ class Slopes:
     Attributes:
         step, read, gain, numbers: as the stepping loop takes them, in its order.
         simulated: of the steps of the laws' simulation, where there is one.
+        deviating, read_deviating: of steps and outputs of deviations from it.
         innovation: of the innovations' covariances, (t, m, m, p), in the order of ``columns``.
         columns: the unknowns that change this trial, as they are counted in the model.
         order: the place in ``columns`` of each of the stepping loop's columns, (p,).
@@ -47,6 +49,8 @@ class Slopes:
     gain: Array
     numbers: Array
     simulated: Array
+    deviating: Array
+    read_deviating: Array
     innovation: Array
     columns: list[int]
     order: NDArray[np.int64]
@@ -68,11 +72,6 @@ def step_matrix(plant: Sampled) -> Array:
 def simulation_matrix(plant: Sampled) -> Array:
     """Return x+ of a simulation over a part of a sample, by (x, u, u+, f), (n, n + 2 r + l)."""
     return np.hstack([plant.A, plant.B0, plant.B1, plant.E])
-
-
-def predicting(plant: Sampled) -> Sampled:
-    """Return the system that the predictor steps: that without laws where they are simulated."""
-    return plant if plant.driven is None else plant.driven.plant
 
 
 def read_matrix(plant: Sampled) -> Array:
@@ -97,7 +96,7 @@ def slopes_of(
     z: Array,
     here: Assembly,
     plants: Sequence[Sampled],
-    equivalents: Sequence[EquivalentLinear | None],
+    averages: Sequence[LawAverages],
     free: NDArray[np.bool_],
 ) -> tuple[Slopes, ...]:
     """Return the derivatives of each trial at z, by differences of assemblies.
@@ -107,7 +106,7 @@ def slopes_of(
         z: their values, (p,).
         here: the model there.
         plants: its sampled systems.
-        equivalents: what laws add to them for each trial's gains; taken as the same a step away.
+        averages: what laws do on the average of each trial; taken as the same a step away.
         free: with respect to which unknowns, (p,).
     """
     unknowns = model.unknowns
@@ -120,7 +119,7 @@ def slopes_of(
         moved |= {index: (assembly, own) for index in group}
     return tuple(
         each(
-            lambda i: _of_trial(i, unknowns, here, plants, moved, equivalents[i], free),
+            lambda i: _of_trial(i, unknowns, here, plants, moved, averages[i], free),
             len(model.trials),
         )
     )
@@ -145,14 +144,14 @@ def _of_trial(
     here: Assembly,
     plants: Sequence[Sampled],
     moved: dict[int, tuple[Assembly, Sequence[Sampled]]],
-    equivalent: EquivalentLinear | None,
+    averages: LawAverages,
     free: NDArray[np.bool_],
 ) -> Slopes:
-    plant = plants[here.which[trial]]
-    base = gains(plant, here.noises[trial], equivalent=equivalent)
-    own = predicting(plant)
+    plant, equivalent = plants[here.which[trial]], averages.equivalent
+    own, filtering = predicting(plant), averages.filtering(plant)
+    base = gains(filtering, here.noises[trial], equivalent=equivalent)
     step, read, gain = step_matrix(own), read_matrix(own), gain_matrices(base)
-    simulation = simulation_matrix(plant)
+    simulation, deviation = simulation_matrix(plant), step_matrix(filtering)
     columns = [
         i for i, u in enumerate(unknowns) if free[i] and (u.trial is None or u.trial == trial)
     ]
@@ -164,6 +163,8 @@ def _of_trial(
     dstep = np.zeros((*step.shape, systems))
     dread = np.zeros((*read.shape, systems))
     dsimulation = np.zeros((*simulation.shape, systems))
+    ddeviation = np.zeros((*deviation.shape, systems))
+    dread_deviation = np.zeros((*filtering.system.C.shape, systems))
     numbers = numbers_of(here)
     dnumbers = np.zeros((*numbers.shape, laws))
     dgain, dS = np.zeros((*gain.shape, p)), np.zeros((*base.innovation.shape, p))
@@ -171,7 +172,10 @@ def _of_trial(
     for at, place in enumerate(order):
         assembly, others = moved[columns[place]]
         other = others[assembly.which[trial]]
+        near_filter = filtering if other is plant else averages.filtering(other)
         if at < systems:
+            ddeviation[:, :, at] = (step_matrix(near_filter) - deviation) / STEP
+            dread_deviation[:, :, at] = (near_filter.system.C - filtering.system.C) / STEP
             dstep[:, :, at] = (step_matrix(predicting(other)) - step) / STEP
             dread[:, :, at] = (read_matrix(predicting(other)) - read) / STEP
             dsimulation[:, :, at] = (simulation_matrix(other) - simulation) / STEP
@@ -181,24 +185,25 @@ def _of_trial(
             taken_back[place] = assembly
         elif at < systems or at >= laws:
             changed.append(at)
-            near.append((other, assembly.noises[trial]))
+            near.append((near_filter, assembly.noises[trial]))
     if near:
         # the last one is the model itself, so that rounding is alike in both
-        near.append((plant, here.noises[trial]))
+        near.append((filtering, here.noises[trial]))
         gains_near, covariances = neighbouring_gains(near, len(gain) - 1, equivalent)
         dgain[..., changed] = (gains_near[..., :-1] - gains_near[..., -1:]) / STEP
         dS[..., np.array(order)[changed]] = (covariances[..., :-1] - covariances[..., -1:]) / STEP
-    return Slopes(dstep, dread, dgain, dnumbers, dsimulation, dS, columns,
-                  np.array(order, np.int64), taken_back)  # fmt: skip
+    return Slopes(dstep, dread, dgain, dnumbers, dsimulation, ddeviation, dread_deviation, dS,
+                  columns, np.array(order, np.int64), taken_back)  # fmt: skip
 
 
 def no_slopes(plant: Sampled, gain: Gains, numbers: Array, p: int = 0) -> Slopes:
     """Return derivatives with respect to nothing but the first state, which p unknowns change."""
     own = predicting(plant)
-    (samples, n, m), held = gain.state.shape, gain.held.shape[1]
+    (samples, n, m), held, inputs = gain.state.shape, gain.held.shape[1], plant.B0.shape[1]
     return Slopes(
         np.zeros((*step_matrix(own).shape, 0)), np.zeros((*read_matrix(own).shape, 0)),
         np.zeros((samples, n + held, m, p)), np.zeros((*numbers.shape, 0)),
-        np.zeros((*simulation_matrix(plant).shape, 0)),
+        np.zeros((*simulation_matrix(plant).shape, 0)), np.zeros((n, n + held + 2 * inputs, 0)),
+        np.zeros((m, n, 0)),
         np.zeros((*gain.innovation.shape, p)), [], np.arange(p), {},
     )  # fmt: skip

@@ -57,7 +57,8 @@ def estimated_start(
     blur = averages.blur
     averages = replace(averages, blur=None if blur is None else blur[:BEGINNING])
     known = replace(noise, start=0 * noise.start)
-    gain = gains(plant, known, equivalent=averages.equivalent, missing=first.missing)
+    gain = gains(averages.filtering(plant), known, equivalent=averages.equivalent,
+                 missing=first.missing)  # fmt: skip
 
     def passed(s: Array) -> tuple[float, Array, Array]:
         """Return half the sum of squares, the whitened innovations and their slopes."""

@@ -149,6 +149,35 @@ def sampled(
     return plant if low_pass is None else replace(plant, driven=_driven(plant, held, low_pass))
 
 
+def predicting(plant: Sampled) -> Sampled:
+    """Return the system that inputs step: that without laws where they are simulated."""
+    return plant if plant.driven is None else plant.driven.plant
+
+
+def deviating(plant: Sampled, tangent: Array) -> Sampled:
+    """Return the system of small deviations from a simulation with the laws; nothing drives it.
+
+    Noise of the inputs is in the simulation, and moves it away from the motion: by how much is a
+    matter of what the laws do then, as where friction holds and noise cannot move what it holds.
+
+    Args:
+        plant: the system.
+        tangent: the laws' forces for small deviations, (l, n).
+    """
+    own, step_s = plant.system, plant.steps * plant.step_s
+    n, m = len(own.A), len(own.C)
+    system = replace(
+        own, A=own.A + own.E @ tangent, C=own.C + own.F @ tangent, E=np.zeros((n, 0)),
+        F=np.zeros((m, 0)), drift=np.zeros((0, n)), rate=np.zeros((0, n)),
+    )  # fmt: skip
+    whole, entry, Q = plant.whole, plant.entry, plant.Q
+    if np.any(tangent):
+        whole, entry, _ = transition(system.A, system.W, step_s, 0)
+        Q = _noise_integral(system.A, system.G, step_s)
+    return Sampled(whole, 0 * plant.B0, 0 * plant.B1, system.E, entry, whole, entry, Q, 1, step_s,
+                   system)  # fmt: skip
+
+
 def _driven(plant: Sampled, held: NDArray[np.bool_], low_pass: LowPass) -> Driven:
     """Return a sampled system with the filtered forces of its laws as inputs."""
     system = plant.system
