@@ -143,3 +143,15 @@ def test_a_stiffness_that_drifts_in_the_model_is_read_back():
         for h in (Hypothesis(ready.train), linear)
     )
     assert with_it > without + 100
+
+
+def test_friction_that_creeps_in_mujoco_is_refused_with_what_makes_it_dry():
+    dry = '" solreffriction="-1 -15000" solimpfriction="0.999 0.999" frictionloss="0.1'
+    rubs = Twin(chain(dry).mjcf.replace('timestep="0.001"', 'timestep="0.0001"'), "dry.xml")
+    made = [recording(rubs, 1), recording(rubs, 2)]
+    (known,) = prepare(rubs, made[:1], made[1:]).train.known
+    assert known.name == "coulomb_friction"
+    with pytest.raises(ModelError, match="creep: beside frictionloss, write") as refused:
+        prepare(chain('" frictionloss="0.1'), made[:1], made[1:])
+    for words in (*dry.split()[1:-1], 'timestep="0.0001"'):
+        assert words in str(refused.value)

@@ -16,6 +16,7 @@ from twin.diagnosis.portion import PART
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.scales import Scales
 from twin.errors import ModelError
+from twin.mechanisms.edits import FRICTION_SOLIMP, FRICTION_SOLREF, FRICTION_STEP
 from twin.mechanisms.held import held
 from twin.mechanisms.mechanism import Law
 from twin.mechanisms.rollout import rollout
@@ -29,6 +30,10 @@ Array = NDArray[np.float64]
 
 LEAST = 1e-4
 """Share of an output's RMS below which no element's effect is worth having: rounding and steps."""
+
+FINER = 8
+"""Samples to one that is recorded where laws have corners: the filter of the comparison then sees
+what lies beyond the recorded band, up to four times the sampling rate."""
 
 ANOTHER = 0.01
 """Difference between MuJoCo's motion and the equations', as a share of its RMS, that the equations
@@ -69,20 +74,44 @@ def checked(twin: Twin, problem: Problem) -> tuple[str, ...]:
     loudest = max(problem.recordings, key=lambda r: _size(r.y))
     first = _loudest_stretch(loudest.y)
     u = loudest.u[first : first + PART]
-    inputs = dict(zip(model.inputs, u.T, strict=True))
-    predicted = _predicted(problem, u) if problem.known or problem.geometry else None
+    cornered = any(isinstance(law, Law) and law.abrupt for law in problem.known)
+    finer = FINER if cornered else 1
+    times = np.arange(finer * (len(u) - 1) + 1) / finer
+    fine = np.column_stack([np.interp(times, np.arange(len(u)), values) for values in u.T])
+    inputs = dict(zip(model.inputs, fine.T, strict=True))
+    predicted = None
+    if problem.known or problem.geometry:
+        predicted = _predicted(problem, fine, finer * rate)
     size = {n: float(s) for n, s in zip(model.outputs, _levels(loudest), strict=True)}
-    check = self_check(twin, inputs, model.outputs, rate, noise=size, predicted=predicted)
+    check = self_check(twin, inputs, model.outputs, finer * rate, noise=size,
+                       predicted=predicted, seen=finer)  # fmt: skip
     if check.differences[check.worst] > ANOTHER and not check.passed:
-        raise ModelError(f"{twin.source}: {check}")
+        raise ModelError(f"{twin.source}: {check}{_creeping(twin)}")
     if check.of_noise[check.worst] > NOTED:
         return (f"{loudest.name}: {check}",)
     return ()
 
 
-def _predicted(problem: Problem, u: Array) -> dict[str, Array]:
+def _creeping(twin: Twin) -> str:
+    """Say how dry friction that MuJoCo lets creep becomes dry; nothing where it is."""
+    model = twin.compile()
+    rubbing = np.vstack([
+        model.dof_solref[model.dof_frictionloss > 0],
+        model.tendon_solref_fri[model.tendon_frictionloss > 0],
+    ])  # fmt: skip
+    if np.all(rubbing[:, 1] <= FRICTION_SOLREF[1]):
+        return ""
+    (stiffness, damping), hard = FRICTION_SOLREF, FRICTION_SOLIMP[0]
+    return (
+        f"; with these settings MuJoCo lets dry friction creep: beside frictionloss, write "
+        f'solreffriction="{stiffness:g} {damping:g}" solimpfriction="{hard:g} {hard:g}", and at '
+        f'most timestep="{FRICTION_STEP:g}"'
+    )
+
+
+def _predicted(problem: Problem, u: Array, rate: float) -> dict[str, Array]:
     """Return the equations' motion from rest: linear ones, laws, and what large motion adds."""
-    model, rate = problem.model, problem.sampling_hz
+    model = problem.model
     moved = rollout(model, problem.known, dict(zip(model.inputs, u.T, strict=True)), rate)
     if problem.geometry is None:
         return moved
