@@ -8,6 +8,7 @@ from diagnosis_support import lumped, recorded
 
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.prepare import prepare
+from twin.mechanisms.damping import Damping
 from twin.mechanisms.mass import Mass
 from twin.mechanisms.p_delta import PDelta
 
@@ -29,3 +30,18 @@ def test_the_weight_of_a_bolted_mass_leans_on_what_is_below_it():
         assert frequencies(system.A[:4, :4]) == pytest.approx(np.sort(expected), rel=1e-3)
     first = problem.recordings[0]
     assert not first.added_mass
+
+
+def test_no_more_damping_can_be_missing_than_there_is():
+    problem = prepare(lumped(), [recorded(lumped(), 1)], [recorded(lumped(), 2)]).train
+    row = problem.model.port("storey2")
+    most = 1 / float(row @ np.linalg.solve(problem.model.R, row))
+    for share, there in ((0.99, True), (1.01, False)):
+        less = Damping("storey2", -share * most)
+        priors = ({"change": (less.change, 1.0)},)
+        h = replace(Hypothesis(problem), mechanisms=(less,), priors=priors)
+        if there:
+            assert h.assemble(np.zeros(len(h.unknowns)))
+        else:
+            with pytest.raises(ValueError, match="less damping than none"):
+                h.assemble(np.zeros(len(h.unknowns)))

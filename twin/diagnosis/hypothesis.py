@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from twin.diagnosis.blurring import CUT_OFF, smear
 from twin.diagnosis.mending import mended
-from twin.diagnosis.plant import Plant, plant_of
+from twin.diagnosis.plant import Plant, plant_of, require_passive
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.scales import Scales
 from twin.estimation.laws import MOST_NUMBERS
@@ -270,6 +270,7 @@ class Hypothesis:
             return self._kept[key]
         problem = self.problem
         base = problem.base(z[: len(problem.base_unknowns)])
+        require_passive(base, problem.damping(base.M, base.K, z), mechanisms)
         levels = list(zip(self.doubted, latent[::2], latent[1::2], strict=True))
         groups: dict[tuple[tuple[str, float], ...], int] = {}
         plants: list[Plant] = []

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag, solve_continuous_lyapunov
 
+from twin.diagnosis.scales import ROUNDING
 from twin.estimation.system import System
 from twin.mechanisms.instrument import Instrument
 from twin.mechanisms.mechanism import ChannelFault, Disturbance, Law, Mechanism, StructuralChange
@@ -104,6 +105,27 @@ def plant_of(
         if isinstance(mechanism, ChannelFault):
             plant = _seen_through(plant, model, mechanism, readings)
     return plant
+
+
+def require_passive(model: LinearModel, R: Array, mechanisms: Sequence[Mechanism]) -> None:
+    """Raise ValueError where changes take more damping than there is.
+
+    Modes that no recording shows would grow, and energy come from nowhere.
+
+    Args:
+        model: the structure as it stands.
+        R: its own damping matrix, (n, n): modes above the recorded band are stepped with another.
+        mechanisms: of the structure and others.
+    """
+    changes = [m for m in mechanisms if isinstance(m, StructuralChange)]
+    if not changes:
+        return
+    model = replace(model, R=R)
+    for change in sorted(changes, key=lambda m: m.stage):
+        model = change.edit(model)
+    after = np.linalg.eigvalsh(model.R)
+    if after[0] < min(np.linalg.eigvalsh(R)[0], 0.0) - ROUNDING * after[-1]:
+        raise ValueError("less damping than none")
 
 
 def _entry_of(model: LinearModel, mechanism: Disturbance, entry: Any) -> tuple[Array, Array]:

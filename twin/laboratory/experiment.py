@@ -32,9 +32,8 @@ PLATE = "ground"
 """The base plate of a frame, whose bolts are undone for a shaker that pushes it."""
 
 JUMP_S = 2e-3
-"""Length of the pulse as which a force that jumps is simulated [s]: dry friction's. Its instant is
-then known to 1/8192 s; sampled at 1024 Hz it would be late by half a millisecond on the average,
-which at 50 Hz is a seventh of it."""
+"""Pulse as which a jump of dry friction is simulated [s]: its instant is then known to 1/8192 s. At
+1024 Hz it would be half a millisecond late on the average, at 50 Hz a seventh of it."""
 
 LONGEST_SETTLING_S = 600.0
 """No shaker runs longer than this before the record begins, unless told to [s]."""
@@ -187,10 +186,9 @@ def perform(
     Raises:
         ExperimentError: the rig has no such place or channel, or the excitation does not fit.
     """
-    rubbed = twin.compile()
-    base = experiment.time_base(
-        bool(np.any(rubbed.dof_frictionloss > 0) or np.any(rubbed.tendon_frictionloss > 0))
-    )
+    rig = twin.compile()
+    rubs = np.any(rig.dof_frictionloss) or np.any(rig.tendon_frictionloss)
+    base = experiment.time_base(bool(rubs))
     inputs = experiment.inputs(twin)
     histories = {}
     for number, name in enumerate(inputs):
