@@ -91,8 +91,8 @@ LAWS = [
     (make("clearance", "storey2", 300.0, 0.001, 300.0), 1e-5, 1e-4),
     (make("clearance", "storey1", 300.0, 0.001, 0.0), 1e-5, 1e-4),
     (UNNAMED, 1e-5, 1e-3),
-    (make("coulomb_friction", "storey2", 0.1, 1e-5), 1e-3, 0.03),
-    (make("hysteresis", "storey1", 300.0, 0.5, 20.0, 300.0), 0.03, 0.05),
+    (make("coulomb_friction", "storey2", 0.1, 1e-5), 2e-4, 2e-3),
+    (make("hysteresis", "storey1", 300.0, 0.5, 20.0, 300.0), 0.005, 0.01),
     (make("hysteresis", "storey1", 300.0, 0.5, 2.0, 300.0), 0.1, 0.12),
 ]
 

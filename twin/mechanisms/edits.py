@@ -103,10 +103,18 @@ def body_named(spec: mujoco.MjSpec, name: str) -> Any:
 def add_friction(spec: mujoco.MjSpec, element: Any, force: float) -> None:
     """Give a joint or a tendon dry friction [N, N m], and the model steps that it can stick in."""
     if force:
-        spec.option.timestep = min(spec.option.timestep, FRICTION_STEP)
+        step_finely(spec)
     element.frictionloss = force
     element.solref_friction = FRICTION_SOLREF
     element.solimp_friction = FRICTION_SOLIMP
+
+
+def step_finely(spec: mujoco.MjSpec) -> None:
+    """Let the model step as finely as friction needs that sticks, or a spring that yields.
+
+    MuJoCo moves the rest of such a spring once a step: in steps of 1 ms a joint's slip is 2 % off.
+    """
+    spec.option.timestep = min(spec.option.timestep, FRICTION_STEP)
 
 
 def follow(spec: mujoco.MjSpec, mass: float, damping: float, stiffness: float) -> None:

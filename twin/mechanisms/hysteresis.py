@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Self
 import mujoco
 import numpy as np
 
-from twin.mechanisms.edits import Line
+from twin.mechanisms.edits import Line, step_finely
 from twin.mechanisms.mechanism import Law, Surroundings
 from twin.mechanisms.scales import TINY, rms
 from twin.mechanisms.sliders import as_sliders
@@ -143,6 +143,7 @@ class Hysteresis(Law):
                 slider = line.tendon(f"{self.name}_{number}")
                 slider.stiffness = [stiffness, 0.0, 0.0]
                 slider.springyield = yield_force / stiffness  # as a drift
+            step_finely(spec)
         less = line.tendon(self.name)
         less.stiffness = [straight - self.replaced, 0.0, 0.0]
 
