@@ -155,3 +155,11 @@ def test_friction_that_creeps_in_mujoco_is_refused_with_what_makes_it_dry():
         prepare(chain('" frictionloss="0.1'), made[:1], made[1:])
     for words in (*dry.split()[1:-1], 'timestep="0.0001"'):
         assert words in str(refused.value)
+
+
+def test_friction_of_the_model_is_as_sharp_beside_a_gentle_motion():
+    dry = '" solreffriction="-1 -15000" solimpfriction="0.999 0.999" frictionloss="1e-4'
+    rubs = Twin(chain(dry).mjcf.replace('timestep="0.001"', 'timestep="0.0001"'), "dry.xml")
+    ready = prepare(rubs, [recording(rubs, 1, 1e-3)], [recording(rubs, 2, 1e-3)])
+    (known,), scales = ready.train.known, ready.train.known_scales
+    assert known.regular_rate == pytest.approx(1e-3 * scales.at("storey2")[2])

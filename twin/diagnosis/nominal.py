@@ -31,6 +31,10 @@ Array = NDArray[np.float64]
 LEAST = 1e-4
 """Share of an output's RMS below which no element's effect is worth having: rounding and steps."""
 
+IDEAL = 1e-3
+"""Share of the rate at its port within which dry friction in the model changes its sign: less is
+lost than steps lose."""
+
 FINER = 8
 """Samples to one that is recorded where laws have corners: the filter of the comparison then sees
 what lies beyond the recorded band, up to four times the sampling rate."""
@@ -56,11 +60,15 @@ def with_known(twin: Twin, problem: Problem) -> tuple[Problem, tuple[str, ...]]:
             if key not in largest or effect.share > largest[key].share:
                 largest[key] = effect
     found = held(list(largest.values()), max(NOTED * _noise(problem), LEAST), twin.source)
-    scales = {}
+    scales, ideal = {}, []
     for mechanism in found.mechanisms:
         if isinstance(mechanism, Law):
             scales[mechanism.place] = _scale(problem, mechanism)
-    known = replace(problem, known=found.mechanisms, known_scales=Scales(scales))
+            if mechanism.resolved_by:
+                rate = scales[mechanism.place][2]
+                mechanism = mechanism.with_values({mechanism.resolved_by: IDEAL * rate})
+        ideal.append(mechanism)
+    known = replace(problem, known=tuple(ideal), known_scales=Scales(scales))
     return known, found.notes
 
 
