@@ -21,9 +21,10 @@ from twin.files import write_whole
 
 Table = dict[str, Any]
 TEXT = (
-    "The same engine on structures that are no chain. First its free run beside MuJoCo's own, as a "
-    "share of the response's RMS; then natural frequencies and dampings that `twin.identify` finds "
-    "in shaker tests with 1 % noise on every channel, counted where they lie within three of their "
+    "The engine on a chain and on structures that are none. First its free run beside MuJoCo's "
+    "own, as a share of the response's RMS; then natural frequencies and dampings that "
+    "`twin.identify` finds in shaker tests with 1 % noise on every channel, counted where they lie "
+    "within three of their "
     "stated standard deviations of the model's; then the closure: a twin that has a mechanism is "
     "diagnosed with virtual recordings of itself (own), the twin that lacks it gets it named, and "
     "the twin so explained is diagnosed again."
