@@ -1,6 +1,8 @@
 """What holds on any structure, as a section of the proof: engine, identification, closure.
 
-    python -m experiments.any_structure --identified DIR --closure DIR --to FILE
+    python -m experiments.structures_identified --out identified
+    python -m experiments.closure --structure chain --out closure
+    python -m experiments.any_structure --identified identified --closure closure --to FILE
 
 Compares the engine with MuJoCo (half a minute) and reads what ``structures_identified`` and
 ``closure`` left in their folders.
@@ -24,10 +26,15 @@ TEXT = (
     "The engine on a chain and on structures that are none. First its free run beside MuJoCo's "
     "own, as a share of the response's RMS; then natural frequencies and dampings that "
     "`twin.identify` finds in shaker tests with 1 % noise on every channel, counted where they lie "
-    "within three of their "
-    "stated standard deviations of the model's; then the closure: a twin that has a mechanism is "
-    "diagnosed with virtual recordings of itself (own), the twin that lacks it gets it named, and "
-    "the twin so explained is diagnosed again."
+    "within three of their stated standard deviations of the model's; then the closure: a twin "
+    "that has a mechanism is diagnosed with virtual recordings of itself (own), the twin that "
+    "lacks it gets it named, and the twin so explained is diagnosed again."
+)
+COMMANDS = (
+    "python -m experiments.structures_identified --out identified",
+    "python -m experiments.closure --structure chain --out closure",
+    "python -m experiments.any_structure --identified identified --closure closure "
+    "--to experiments/results/structures.json",
 )
 
 
@@ -115,7 +122,7 @@ def main() -> None:
     given = parser.parse_args()
     section = {
         "text": TEXT,
-        "command": "python -m experiments.any_structure",
+        "command": "\n".join(COMMANDS),
         "tables": [
             *engine(),
             identified(rows_of(given.identified, "draws.jsonl")),

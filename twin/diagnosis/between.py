@@ -6,7 +6,9 @@ computer holds its output), so the two are asked for apart.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,10 +69,10 @@ def again(hypothesis: Hypothesis, found: Fit, steps: int = FEW) -> tuple[Hypothe
     """
     if steps and not _open(hypothesis, found, steps):
         return hypothesis, found
-    for group in range(len(_groups(hypothesis, found.z))):
+    for others in _groups(hypothesis):
         own = _odds(hypothesis.problem)
         best = hypothesis, found, found.log_evidence - own
-        for problem in _groups(hypothesis, found.z)[group]:
+        for problem in others(hypothesis, found.z):
             other, odds = replace(hypothesis, problem=problem), _odds(problem)
             if not steps and likeliest(other, [found.z])[0] - odds <= found.log_posterior - own:
                 continue
@@ -91,7 +93,7 @@ def _open(hypothesis: Hypothesis, found: Fit, steps: int) -> bool:
     if own is None:
         return True
     least = own.log_evidence - _odds(hypothesis.problem)
-    for problem in (problem for group in _groups(part, own.z) for problem in group):
+    for problem in (problem for others in _groups(part) for problem in others(part, own.z)):
         odds = _odds(problem)
         tried = attempted(replace(part, problem=problem), own.z, steps, least + odds)
         if tried is not None and tried.log_evidence - odds > least:
@@ -121,27 +123,37 @@ def filter_in_words(hypothesis: Hypothesis) -> tuple[str, ...]:
     return (f"laws that jump are simulated, and seen through a low-pass {kind}, its edge {edge}",)
 
 
-def _groups(hypothesis: Hypothesis, z: Array) -> list[list[Problem]]:
-    """Return what else measured inputs, motors' commands and the analyser's filter could do.
+def _groups(hypothesis: Hypothesis) -> list[Callable[[Hypothesis, Array], list[Problem]]]:
+    """Return what finds other problems: of measured inputs, motors' commands and the filter."""
+    problem = hypothesis.problem
+    driven = sorted({_driven(problem, name) for name in problem.model.inputs})
+    groups = [partial(_otherwise_between, driven=d) for d in driven]
+    return [*groups, *([_otherwise_filtered] if hypothesis.jumps else [])]
 
-    Filters are many and alike: of those that filter, only the likeliest where the fit is, z (p,).
-    """
-    problem, groups = hypothesis.problem, []
-    for driven in sorted({_driven(problem, name) for name in problem.model.inputs}):
-        several = (
-            tuple(
-                kind if _driven(problem, name) == driven else now
-                for name, now in zip(problem.model.inputs, problem.between, strict=True)
-            )
-            for kind in KINDS
+
+def _otherwise_between(hypothesis: Hypothesis, z: Array, driven: bool) -> list[Problem]:
+    """Return what else measured inputs, or motors' commands, could do between samples."""
+    problem = hypothesis.problem
+    several = (
+        tuple(
+            kind if _driven(problem, name) == driven else now
+            for name, now in zip(problem.model.inputs, problem.between, strict=True)
         )
-        groups.append([replace(problem, between=b) for b in several if b != problem.between])
-    if hypothesis.jumps:
-        others = [replace(problem, low_pass=f) for f in FILTERS if f != problem.low_pass]
-        alike = [replace(hypothesis, problem=p) for p in others if p.low_pass is not None]
-        likely = max(alike, key=lambda h: likeliest(h, [z])[0]).problem
-        groups.append([likely, *(p for p in others if p.low_pass is None)])
-    return groups
+        for kind in KINDS
+    )
+    return [replace(problem, between=b) for b in several if b != problem.between]
+
+
+def _otherwise_filtered(hypothesis: Hypothesis, z: Array) -> list[Problem]:
+    """Return with another filter, and with none.
+
+    Filters are many and alike: of those that filter, only the likeliest at values z, (p,).
+    """
+    problem = hypothesis.problem
+    others = [replace(problem, low_pass=f) for f in FILTERS if f != problem.low_pass]
+    alike = [replace(hypothesis, problem=p) for p in others if p.low_pass is not None]
+    likely = max(alike, key=lambda h: likeliest(h, [z])[0]).problem
+    return [likely, *(p for p in others if p.low_pass is None)]
 
 
 def _driven(problem: Problem, name: str) -> bool:

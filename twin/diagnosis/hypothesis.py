@@ -270,7 +270,7 @@ class Hypothesis:
             return self._kept[key]
         problem = self.problem
         base = problem.base(z[: len(problem.base_unknowns)])
-        require_passive(base, problem.damping(base.M, base.K, z), mechanisms)
+        require_passive(base, lambda: problem.damping(base.M, base.K, z), mechanisms)
         levels = list(zip(self.doubted, latent[::2], latent[1::2], strict=True))
         groups: dict[tuple[tuple[str, float], ...], int] = {}
         plants: list[Plant] = []

@@ -92,7 +92,7 @@ def checked(twin: Twin, problem: Problem) -> tuple[str, ...]:
         predicted = _predicted(problem, fine, finer * rate)
     size = {n: float(s) for n, s in zip(model.outputs, _levels(loudest), strict=True)}
     check = self_check(twin, inputs, model.outputs, finer * rate, noise=size,
-                       predicted=predicted, seen=finer)  # fmt: skip
+                       predicted=predicted, decimation=finer)  # fmt: skip
     if check.differences[check.worst] > ANOTHER and not check.passed:
         raise ModelError(f"{twin.source}: {check}{_creeping(twin)}")
     if check.of_noise[check.worst] > NOTED:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -107,24 +107,28 @@ def plant_of(
     return plant
 
 
-def require_passive(model: LinearModel, R: Array, mechanisms: Sequence[Mechanism]) -> None:
+def require_passive(
+    model: LinearModel, damping: Callable[[], Array], mechanisms: Sequence[Mechanism]
+) -> None:
     """Raise ValueError where changes take more damping than there is.
 
     Modes that no recording shows would grow, and energy come from nowhere.
 
     Args:
         model: the structure as it stands.
-        R: its own damping matrix, (n, n): modes above the recorded band are stepped with another.
+        damping: returns its own damping matrix, (n, n): modes above the recorded band are stepped
+            with another.
         mechanisms: of the structure and others.
     """
     changes = [m for m in mechanisms if isinstance(m, StructuralChange)]
     if not changes:
         return
-    model = replace(model, R=R)
+    own = damping()
+    model = replace(model, R=own)
     for change in sorted(changes, key=lambda m: m.stage):
         model = change.edit(model)
     after = np.linalg.eigvalsh(model.R)
-    if after[0] < min(np.linalg.eigvalsh(R)[0], 0.0) - ROUNDING * after[-1]:
+    if after[0] < min(np.linalg.eigvalsh(own)[0], 0.0) - ROUNDING * after[-1]:
         raise ValueError("less damping than none")
 
 

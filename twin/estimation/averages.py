@@ -15,18 +15,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.estimation.density import density
-from twin.estimation.kalman import EquivalentLinear, gains, start_covariances
+from twin.estimation.kalman import EquivalentLinear, Gains, gains, start_covariances
 from twin.estimation.model import Assembly, Model, Trial
 from twin.estimation.passing import LawAverages, Run, deviations, run, simulated, trust_in
 from twin.estimation.sensitivities import no_slopes, numbers_of
 from twin.estimation.start import estimated_start
-from twin.estimation.system import Noise, Sampled, System, predicting, transition
+from twin.estimation.system import Noise, Sampled, System, transition
 
 Array = NDArray[np.float64]
 
-SHARES = (0.0, 0.1, 0.3, 1.0, 10.0, 100.0)
+SHARES = (0.1, 0.3, 1.0, 10.0, 100.0)
 """Of the dashpot that a law is on the average of a motion, what it may be for small deviations from
-it: none where friction slides, any where it holds."""
+it, beside none: little where friction slides, any where it holds."""
 
 START_STEPS = 3
 """Gauss-Newton steps to the state that a simulation begins with: of a linear structure one is
@@ -74,25 +74,28 @@ def averages_at(model: Model, here: Assembly, plants: Sequence[Sampled], index: 
 def _holding(
     here: Assembly, trial: Trial, plant: Sampled, noise: Noise, averages: LawAverages
 ) -> LawAverages:
-    """Return with the likeliest dashpots by which laws act on deviations from their simulation."""
-    assert averages.start is not None
-    n, laws = len(plant.A), len(here.laws)
-    quiet = gains(predicting(plant), noise, first=0)
-    without = no_slopes(plant, quiet, numbers_of(here))
-    there = simulated(plant, here, trial, averages.start, np.zeros((n, 0)), np.zeros(laws), 0.0,
-                      without)  # fmt: skip
+    """Return averages with the likeliest dashpots for deviations from the laws' simulation."""
+    start = averages.start
+    assert start is not None
+    free = gains(averages.filtering(plant), noise, missing=trial.missing)
+    without = no_slopes(plant, free, numbers_of(here))
+    there = simulated(plant, here, trial, start, np.zeros((len(start), 0)),
+                      np.zeros(len(here.laws)), 0.0, without)  # fmt: skip
+
+    def likelihood(of: LawAverages, gain: Gains) -> float:
+        trust, filtering = trust_in(gain, of.blur), of.filtering(plant)
+        e, _, _ = deviations(filtering, trial, gain, trust, -start, there, without)
+        return density(e, trial.y, gain.innovation, of.blur).value
+
     v = there.x @ plant.system.rate.T
-    slopes = np.zeros((laws, 2))
-    slopes[:, 1] = np.sum(there.f * v, axis=0) / np.maximum(np.sum(v**2, axis=0), 1e-300)
-    best, found = -np.inf, averages
+    dashpots = np.sum(there.f * v, axis=0) / np.maximum(np.sum(v**2, axis=0), 1e-300)
+    best, found = likelihood(averages, free), averages
     for share in SHARES:
-        tried = replace(averages, slopes=share * slopes)
-        filtering = tried.filtering(plant)
+        slopes = np.column_stack([0 * dashpots, share * dashpots])
+        tried = replace(averages, slopes=slopes)
         try:
-            gain = gains(filtering, noise, missing=trial.missing)
-            trust, d = trust_in(gain, tried.blur), no_slopes(plant, gain, numbers_of(here))
-            e, _, _ = deviations(filtering, trial, gain, trust, -averages.start, there, d)
-            value = density(e, trial.y, gain.innovation, tried.blur).value
+            gain = gains(tried.filtering(plant), noise, missing=trial.missing)
+            value = likelihood(tried, gain)
         except (ValueError, np.linalg.LinAlgError):
             continue
         if value > best:

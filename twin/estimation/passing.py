@@ -16,6 +16,7 @@ from twin.estimation.laws import addresses
 from twin.estimation.model import Assembly, Trial
 from twin.estimation.sensitivities import (
     Slopes,
+    deviation_matrix,
     gain_matrices,
     no_slopes,
     numbers_of,
@@ -235,12 +236,12 @@ def deviations(
     """
     (samples, m), n, p = beyond.e.shape, len(plant.A), len(d.order)
     e, de, x = np.empty((samples, m)), np.empty((samples, m, p)), np.empty((samples, n))
-    none, systems, moved = np.zeros((samples, 0)), d.deviating.shape[2], n + plant.W.shape[1]
-    dstep = np.concatenate([d.deviating[:, :moved], np.zeros((n, 2 * m, systems))], axis=1)
+    none, systems = np.zeros((samples, 0)), d.deviating.shape[2]
+    dstep = np.concatenate([d.deviating, np.zeros((n, 2 * m, systems))], axis=1)
     dread = np.concatenate([d.read_deviating, np.zeros((m, m, systems))], axis=1)
     # what lies beyond the simulation is an input that is taken off readings of nothing
     predict(
-        addresses(()), np.hstack([plant.A, plant.W, np.zeros((n, 2 * m))]),
+        addresses(()), np.hstack([deviation_matrix(plant), np.zeros((n, 2 * m))]),
         np.hstack([plant.system.C, -np.eye(m)]), np.zeros((0, n)), np.zeros((0, 0)),
         gain_matrices(gain), trust, beyond.e, np.zeros((samples, m)),
         beyond.de if beyond.de.size else np.zeros((0, 0, 0)),

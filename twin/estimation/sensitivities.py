@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from twin.estimation.kalman import Gains, gains
 from twin.estimation.neighbours import neighbouring_gains
 from twin.estimation.parallel import each
-from twin.estimation.system import Sampled, predicting, sampled
+from twin.estimation.system import Sampled, sampled
 
 if TYPE_CHECKING:
     from twin.estimation.model import Assembly, Model, Unknown
@@ -36,7 +36,7 @@ class Slopes:
     Attributes:
         step, read, gain, numbers: as the stepping loop takes them, in its order.
         simulated: of the steps of the laws' simulation, where there is one.
-        deviating, read_deviating: of steps and outputs of deviations from it.
+        deviating, read_deviating: of what steps deviations from it, and of how outputs read them.
         innovation: of the innovations' covariances, (t, m, m, p), in the order of ``columns``.
         columns: the unknowns that change this trial, as they are counted in the model.
         order: the place in ``columns`` of each of the stepping loop's columns, (p,).
@@ -72,6 +72,16 @@ def step_matrix(plant: Sampled) -> Array:
 def simulation_matrix(plant: Sampled) -> Array:
     """Return x+ of a simulation over a part of a sample, by (x, u, u+, f), (n, n + 2 r + l)."""
     return np.hstack([plant.A, plant.B0, plant.B1, plant.E])
+
+
+def predicting(plant: Sampled) -> Sampled:
+    """Return the system that inputs step: that without laws where they are simulated."""
+    return plant if plant.driven is None else plant.driven.plant
+
+
+def deviation_matrix(plant: Sampled) -> Array:
+    """Return x+ of deviations over a sample, by (x, n), (n, n + w)."""
+    return np.hstack([plant.A, plant.W])
 
 
 def read_matrix(plant: Sampled) -> Array:
@@ -151,7 +161,7 @@ def _of_trial(
     own, filtering = predicting(plant), averages.filtering(plant)
     base = gains(filtering, here.noises[trial], equivalent=equivalent)
     step, read, gain = step_matrix(own), read_matrix(own), gain_matrices(base)
-    simulation, deviation = simulation_matrix(plant), step_matrix(filtering)
+    simulation, deviation = simulation_matrix(plant), deviation_matrix(filtering)
     columns = [
         i for i, u in enumerate(unknowns) if free[i] and (u.trial is None or u.trial == trial)
     ]
@@ -174,7 +184,7 @@ def _of_trial(
         other = others[assembly.which[trial]]
         near_filter = filtering if other is plant else averages.filtering(other)
         if at < systems:
-            ddeviation[:, :, at] = (step_matrix(near_filter) - deviation) / STEP
+            ddeviation[:, :, at] = (deviation_matrix(near_filter) - deviation) / STEP
             dread_deviation[:, :, at] = (near_filter.system.C - filtering.system.C) / STEP
             dstep[:, :, at] = (step_matrix(predicting(other)) - step) / STEP
             dread[:, :, at] = (read_matrix(predicting(other)) - read) / STEP
@@ -199,11 +209,11 @@ def _of_trial(
 def no_slopes(plant: Sampled, gain: Gains, numbers: Array, p: int = 0) -> Slopes:
     """Return derivatives with respect to nothing but the first state, which p unknowns change."""
     own = predicting(plant)
-    (samples, n, m), held, inputs = gain.state.shape, gain.held.shape[1], plant.B0.shape[1]
+    (samples, n, m), held = gain.state.shape, gain.held.shape[1]
     return Slopes(
         np.zeros((*step_matrix(own).shape, 0)), np.zeros((*read_matrix(own).shape, 0)),
         np.zeros((samples, n + held, m, p)), np.zeros((*numbers.shape, 0)),
-        np.zeros((*simulation_matrix(plant).shape, 0)), np.zeros((n, n + held + 2 * inputs, 0)),
+        np.zeros((*simulation_matrix(plant).shape, 0)), np.zeros((n, n + held, 0)),
         np.zeros((m, n, 0)),
         np.zeros((*gain.innovation.shape, p)), [], np.arange(p), {},
     )  # fmt: skip

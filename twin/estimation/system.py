@@ -149,11 +149,6 @@ def sampled(
     return plant if low_pass is None else replace(plant, driven=_driven(plant, held, low_pass))
 
 
-def predicting(plant: Sampled) -> Sampled:
-    """Return the system that inputs step: that without laws where they are simulated."""
-    return plant if plant.driven is None else plant.driven.plant
-
-
 def deviating(plant: Sampled, tangent: Array) -> Sampled:
     """Return the system of small deviations from a simulation with the laws; nothing drives it.
 

@@ -33,7 +33,7 @@ PLATE = "ground"
 
 JUMP_S = 2e-3
 """Pulse as which a jump of dry friction is simulated [s]: its instant is then known to 1/8192 s. At
-1024 Hz it would be half a millisecond late on the average, at 50 Hz a seventh of it."""
+1024 Hz it would be half a millisecond late on the average, at 50 Hz a sixth of it."""
 
 LONGEST_SETTLING_S = 600.0
 """No shaker runs longer than this before the record begins, unless told to [s]."""

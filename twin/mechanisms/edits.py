@@ -112,7 +112,7 @@ def add_friction(spec: mujoco.MjSpec, element: Any, force: float) -> None:
 def step_finely(spec: mujoco.MjSpec) -> None:
     """Let the model step as finely as friction needs that sticks, or a spring that yields.
 
-    MuJoCo moves the rest of such a spring once a step: in steps of 1 ms a joint's slip is 2 % off.
+    MuJoCo moves the rest of such a spring once a step: its slip is off by what it moves in one.
     """
     spec.option.timestep = min(spec.option.timestep, FRICTION_STEP)
 

@@ -93,7 +93,7 @@ def self_check(
     predicted: Mapping[str, Array] | None = None,
     allowed: float = ALLOWED,
     band_hz: float | None = None,
-    seen: int = 1,
+    decimation: int = 1,
 ) -> SelfCheck:
     """Simulate a model with measured inputs and compare a prediction from rest.
 
@@ -107,7 +107,7 @@ def self_check(
             linear free run where None.
         allowed: how many times its noise a channel may differ.
         band_hz: as in ``Twin.linear``.
-        seen: an analyser shows one sample in so many, through its filter, and differences are those
+        decimation: factor by which an analyser decimates, behind its filter; differences are those
             of what it shows: a jump a little late is nothing there, and much as it is.
 
     Raises:
@@ -122,10 +122,10 @@ def self_check(
         found = linear_prediction(model, u, rate_hz)
     else:
         found = np.column_stack([predicted[name] for name in outputs])
-    if seen > 1:
-        rate_hz, low_pass = rate_hz / seen, anti_alias(rate_hz / seen, seen)
-        true, found = (decimate(x, seen, low_pass) for x in (true, found))
-        u = u[low_pass.reach :: seen][: len(true)]
+    if decimation > 1:
+        rate_hz, low_pass = rate_hz / decimation, anti_alias(rate_hz / decimation, decimation)
+        true, found = (decimate(x, decimation, low_pass) for x in (true, found))
+        u = u[low_pass.reach :: decimation][: len(true)]
     difference = found - true
     size = _rms(true - model.rest)
     share = _rms(difference) / np.where(size > 0, size, np.inf)
@@ -141,7 +141,7 @@ def self_check(
     cause = ""
     if of_noise[worst] > min(allowed, NOTED):
         cause = _element(sized, share[worst]) or _geometry(
-            twin, model, inputs, motion, rate_hz * seen, float(share[worst])
+            twin, model, inputs, motion, rate_hz * decimation, float(share[worst])
         )
         cause = cause or _mode(model, difference[:, worst], rate_hz)
     return SelfCheck(
