@@ -96,8 +96,8 @@ class TwoMasses:
         if self.latent:
             out.append(Unknown("latent force", np.log(0.05), 0.5, True))
         for t in range(len(self.trials)):
-            out.append(Unknown(f"output noise {t}", np.log(0.05), 0.5, True, "noise", t))
-            out.append(Unknown(f"input noise {t}", np.log(0.02), 0.5, True, "noise", t))
+            out.append(Unknown(f"output noise {t}", np.log(0.05), 0.5, True, "noise", t, True))
+            out.append(Unknown(f"input noise {t}", np.log(0.02), 0.5, True, "noise", t, True))
         return tuple(out)
 
     def assemble(self, z):

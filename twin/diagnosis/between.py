@@ -113,7 +113,7 @@ def in_words(problem: Problem) -> str:
 
 def filter_in_words(hypothesis: Hypothesis) -> tuple[str, ...]:
     """Say how forces that jump are seen; nothing where none does."""
-    if not hypothesis.jumps:
+    if not hypothesis.stirs:
         return ()
     seen = hypothesis.problem.low_pass
     if seen is None:
@@ -128,7 +128,7 @@ def _groups(hypothesis: Hypothesis) -> list[Callable[[Hypothesis, Array], list[P
     problem = hypothesis.problem
     driven = sorted({_driven(problem, name) for name in problem.model.inputs})
     groups = [partial(_otherwise_between, driven=d) for d in driven]
-    return [*groups, *([_otherwise_filtered] if hypothesis.jumps else [])]
+    return [*groups, *([_otherwise_filtered] if hypothesis.stirs else [])]
 
 
 def _otherwise_between(hypothesis: Hypothesis, z: Array, driven: bool) -> list[Problem]:

@@ -71,7 +71,7 @@ def seen_otherwise(h: Hypothesis) -> tuple[Hypothesis, ...]:
     asked: a filter shows them nearly as they are, and blows at stops let every error grow. What is
     added to a law that jumps and is no force leaves that as it was.
     """
-    if not h.jumps or not isinstance(h.mechanisms[-1], Law | Disturbance):
+    if not h.stirs or not isinstance(h.mechanisms[-1], Law | Disturbance):
         return (h,)
     filters = (h.problem.low_pass or LINEAR_PHASE, None)
     return tuple(replace(h, problem=replace(h.problem, low_pass=f)) for f in filters)

@@ -19,11 +19,13 @@ from numpy.typing import NDArray
 
 from twin.diagnosis.blurring import CUT_OFF, smear
 from twin.diagnosis.mending import mended
-from twin.diagnosis.plant import Plant, plant_of, require_passive
+from twin.diagnosis.plants import TINY, Plants, plants_at, start_covariance
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.scales import Scales
+from twin.diagnosis.straight import ringing
 from twin.estimation.laws import MOST_NUMBERS
 from twin.estimation.model import Assembly, Trial, Unknown
+from twin.estimation.ringing import Ringing
 from twin.estimation.system import Noise, System
 from twin.mechanisms.mechanism import ChannelFault, Law, Mechanism
 
@@ -38,25 +40,12 @@ HARMONIC, OUT_OF_STEP = 3, 2e-3
 """Up to which harmonic of the motion a law's force is stepped with so small a relative error: that
 of the midpoint rule is (w h)^2 / 12."""
 
-START_WIDTH = 3.0
-"""Deviation of the state before the first sample, in RMS values of the nominal motion."""
-
-SLOWEST_HZ = 0.1
-"""Frequency that a rigid mode counts as when its rate before the first sample is bounded."""
-
 KEPT = 4
 """Plants that are kept: those of a point and of a step from it."""
-
-AMPLIFIED = 10.0
-"""By which the motion of an added coordinate may exceed its static one before the first sample:
-that of a resonance of 5 % damping."""
 
 SEEN = 0.01
 """Share of the largest acceleration that an output may see of any motion, from which it sees that
 of a law's force."""
-
-TINY = 1e-12
-"""Displacement that a motion has at least [m], so that covariances are not singular."""
 
 DISCREPANCY_SHARE, DISCREPANCY_DEVIATION = 0.01, 2.0
 """Prior of a law's discrepancy: a hundredth of the forces at its port, give or take a factor of
@@ -118,6 +107,16 @@ class Hypothesis:
         return any(law.jumps for law in self._abrupt)
 
     @property
+    def stirs(self) -> bool:
+        """Whether samples do not show all that a law does: its jumps, what its corners ring."""
+        return self.jumps or (self.blurred and self.problem.rings)
+
+    @property
+    def simulated(self) -> bool:
+        """Whether laws are simulated and seen through the analyser's filter."""
+        return self.stirs and self.problem.low_pass is not None
+
+    @property
     def doubted(self) -> tuple[str, ...]:
         """Ports and outputs where a discrepancy stands."""
         return (*self.ports, *self.smeared)
@@ -148,7 +147,8 @@ class Hypothesis:
             else:
                 size, quick = self._around(place)[0], self.middle_hz
             level = float(np.log(DISCREPANCY_SHARE * max(size, TINY)))
-            out.append(Unknown(f"discrepancy {place}", level, DISCREPANCY_DEVIATION, True))
+            out.append(Unknown(f"discrepancy {place}", level, DISCREPANCY_DEVIATION, True,
+                               level=True))  # fmt: skip
             out.append(Unknown(f"discrepancy {place} frequency", float(np.log(quick)), 1.0, True))
         return (*out, *self.problem.noise_unknowns)
 
@@ -179,7 +179,8 @@ class Hypothesis:
         values = [u.value(float(x)) for u, x in zip(self.unknowns, z, strict=True)]
         mechanisms = (*self.at(z), *problem.known_at(z))
         at = len(problem.base_unknowns) + sum(len(m.parameters) for m in self.mechanisms)
-        plants, which, starts = self._plants(z, mechanisms, values[at : at + 2 * len(self.doubted)])
+        latent = values[at : at + 2 * len(self.doubted)]
+        plants, starts = self._plants(z, mechanisms, latent)
         at += 2 * len(self.doubted)
         noises = []
         for t, recording in enumerate(problem.recordings):
@@ -190,8 +191,8 @@ class Hypothesis:
             input_noise = np.zeros(len(moving))
             input_noise[moving] = values[at : at + int(moving.sum())]
             at += int(moving.sum())
-            plant = plants[which[t]]
-            process = np.full(plant.system.W.shape[1] - len(moving), values[at])
+            system = plants.stepped[plants.which[t]].system
+            process = np.full(system.W.shape[1] - len(moving), values[at])
             at += 1
             noises.append(Noise(np.concatenate([input_noise, process]), output, starts[t]))
         laws = tuple(m for m in mechanisms if isinstance(m, Law))
@@ -202,12 +203,14 @@ class Hypothesis:
             numbers[j, : len(bare)] = bare
             scales[j] = self._around(law.place)
         compiled = tuple(law.compiled for law in laws)
-        systems = tuple(plant.system for plant in plants)
+        systems = tuple(plant.system for plant in plants.stepped)
         return Assembly(
-            systems, which, tuple(noises), compiled, numbers, scales, self._steps(scales),
+            systems, plants.which, tuple(noises), compiled, numbers, scales, self._steps(scales),
             np.concatenate([problem.held, np.zeros(problem.pseudo_forces, bool)]),
             self._trials(mechanisms),
-            low_pass=problem.low_pass if self.jumps else None,
+            low_pass=problem.low_pass if self.simulated else None,
+            own=tuple(plant.system for plant in plants.own),
+            ringing=self._ringing if plants.own else None,
         )  # fmt: skip
 
     def _around(self, place: str) -> tuple[float, float, float]:
@@ -233,25 +236,14 @@ class Hypothesis:
             return self.problem.trials
         return mended(self.problem, faults)
 
-    def _start(self, trial: int, plant: Plant) -> Array:
-        """Return the covariance of the state before the first sample."""
-        own, total = len(self.problem.scale[trial]), plant.coordinates
-        w = np.maximum(np.sqrt(np.abs(np.diag(self.problem.model.K))), 2 * np.pi * SLOWEST_HZ)
-        q = START_WIDTH * self.problem.scale[trial] + TINY
-        variance = np.zeros(2 * total)
-        variance[:own], variance[total : total + own] = q**2, (q * w) ** 2
-        if total > own:
-            # what hangs on the structure or gives way under it is driven by the structure's motion
-            w_own = np.sqrt(plant.stiffness[own:] / plant.mass[own:])
-            more = AMPLIFIED * np.max(q * w**2, initial=TINY) / w_own**2
-            variance[own:total], variance[total + own :] = more**2, (more * w_own) ** 2
-        out = np.zeros((2 * total + len(plant.start),) * 2)
-        out[range(2 * total), range(2 * total)] = variance
-        out[2 * total :, 2 * total :] = plant.start
-        return out
+    @cached_property
+    def _ringing(self) -> Ringing:
+        """Modes above half the sampling rate as the laws drive them."""
+        laws = [m for m in (*self.mechanisms, *self.problem.known) if isinstance(m, Law)]
+        return ringing(self.problem.model, [law.place for law in laws], self.problem.step_s)
 
     @cached_property
-    def _kept(self) -> dict[tuple[float, ...], tuple[Any, ...]]:
+    def _kept(self) -> dict[tuple[float, ...], tuple[Plants, tuple[Array, ...]]]:
         return {}
 
     @cached_property
@@ -260,36 +252,24 @@ class Hypothesis:
 
     def _plants(
         self, z: Array, mechanisms: Sequence[Mechanism], latent: Sequence[float]
-    ) -> tuple[tuple[Plant, ...], tuple[int, ...], tuple[Array, ...]]:
-        """Return the distinct plants, that of each recording, and its first state's covariance.
+    ) -> tuple[Plants, tuple[Array, ...]]:
+        """Return the plants, and the covariance of each recording's first state.
 
         Steps in noise levels and in laws' numbers ask for the same ones again.
         """
         key = tuple(np.asarray(z)[self._of_the_system].tolist())
         if key in self._kept:
             return self._kept[key]
-        problem = self.problem
-        base = problem.base(z[: len(problem.base_unknowns)])
-        require_passive(base, lambda: problem.damping(base.M, base.K, z), mechanisms)
         levels = list(zip(self.doubted, latent[::2], latent[1::2], strict=True))
-        groups: dict[tuple[tuple[str, float], ...], int] = {}
-        plants: list[Plant] = []
-        which = []
-        for recording in problem.recordings:
-            added = tuple(sorted(recording.added_mass.items()))
-            if added not in groups:
-                groups[added] = len(plants)
-                model = base
-                for place, mass in added:
-                    model = model.loaded(place, mass)
-                plants.append(plant_of(model, mechanisms, levels, problem.readings,
-                                       problem.noise_gain, problem.pseudo_forces))  # fmt: skip
-            which.append(groups[added])
-        starts = tuple(self._start(t, plants[k]) for t, k in enumerate(which))
+        base = z[: len(self.problem.base_unknowns)]
+        plants = plants_at(self.problem, base, mechanisms, levels, self.simulated)
+        starts = tuple(
+            start_covariance(self.problem, t, plants.stepped[k]) for t, k in enumerate(plants.which)
+        )
         if len(self._kept) >= KEPT:
             self._kept.clear()
-        self._kept[key] = tuple(plants), tuple(which), starts
-        return tuple(plants), tuple(which), starts
+        self._kept[key] = plants, starts
+        return plants, starts
 
     def blur(self, forces: Array, system: System) -> Array:
         """Return variances by which outputs are uncertain because a law jumps, (samples, m).

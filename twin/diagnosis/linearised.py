@@ -77,7 +77,7 @@ class Linearised:
     @property
     def filtered(self) -> bool:
         """Whether the rest is what an analyser shows of it, and so band-limited."""
-        return self.hypothesis.jumps and self.problem.low_pass is not None
+        return self.hypothesis.simulated
 
     @property
     def laws(self) -> int:
@@ -113,6 +113,8 @@ class Linearised:
             numbers=here.numbers[:0],
             scales=here.scales[:0],
             steps=1,
+            own=(),
+            ringing=None,
             held=np.concatenate([here.held, np.zeros(laws, bool)]),
             trials=self._trials(here.trials),
             blurs=tuple(

@@ -116,8 +116,8 @@ class Predictor:
         geometry, n = self.problem.geometry, self.problem.pseudo_forces
         forces, readings = np.zeros((last - first, n)), np.zeros((last - first, own.y.shape[1]))
         for _ in range(1 + (PASSES if n else 0)):
-            piece = Trial(np.hstack([driving, forces]), np.hstack([lines, prefiltered(forces)]),
-                          0 * readings, own.step_s)  # fmt: skip
+            piece = replace(own, u=np.hstack([driving, forces]), y=0 * readings,
+                            between=np.hstack([lines, prefiltered(forces)]))  # fmt: skip
             passed = run(self.here, piece, self.plant, open_loop(self.gain), x0=x, z0=z,
                          begin_s=first * own.step_s)  # fmt: skip
             moved = passed.x[:, : self.coordinates + n]

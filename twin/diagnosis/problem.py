@@ -15,7 +15,7 @@ from twin.diagnosis.measured import NOISE_DEVIATION, Measured
 from twin.diagnosis.modal_damping import following
 from twin.diagnosis.parameters import TELLABLE, stiffnesses_of
 from twin.diagnosis.scales import Scales
-from twin.diagnosis.straight import hold_error, noise_gain, prefiltered, well_damped
+from twin.diagnosis.straight import above, hold_error, noise_gain, prefiltered, well_damped
 from twin.estimation.low_pass import LowPass
 from twin.estimation.model import Trial, Unknown
 from twin.mechanisms.mechanism import Mechanism
@@ -33,6 +33,10 @@ a linear structure and its analyser agree to about that."""
 
 LINEAR_PHASE = LowPass(1.0)
 """What an analyser is taken for to begin with: half of the amplitude is left at half the rate."""
+
+VAGUE = 0.5
+"""Prior deviation of stiffnesses beyond which modes that no sample shows are not simulated: a
+quarter in frequency, so that after a period they are a quarter of one off."""
 
 EDGE = 16
 """Samples at the end of a recording that are left out: a channel that is late ends before its
@@ -120,7 +124,10 @@ class Problem:
                 known -= geometric.readings
             between = np.hstack([between, prefiltered(forces)])
             u = np.hstack([u, forces])
-        return Trial(u, between, known, self.step_s)
+        smooth = None
+        if self.calmed:
+            smooth = np.concatenate([~self.cornered, np.ones(self.pseudo_forces, bool)])
+        return Trial(u, between, known, self.step_s, smooth)
 
     @property
     def pseudo_forces(self) -> int:
@@ -200,11 +207,25 @@ class Problem:
     @cached_property
     def _damping(self) -> Array:
         """Damping matrix as it is stepped, (n, n)."""
-        stepped = np.all(self.cornered)
-        return self.model.R if stepped else well_damped(self.model, self.step_s)
+        return well_damped(self.model, self.step_s) if self.calmed else self.model.R
 
-    def base(self, z: Array) -> LinearModel:
-        """Return the twin at values z of its base unknowns, (base unknowns,)."""
+    @cached_property
+    def calmed(self) -> bool:
+        """Whether modes above half the sampling rate are stepped with more damping than theirs."""
+        return not np.all(self.cornered) and bool(np.any(above(self.model, self.step_s)))
+
+    @property
+    def rings(self) -> bool:
+        """Whether there are such modes, and known well enough that laws are simulated with them."""
+        return self.calmed and self.tolerance < VAGUE
+
+    def base(self, z: Array, own: bool = False) -> LinearModel:
+        """Return the twin at values z of its base unknowns, (base unknowns,).
+
+        Args:
+            z: the values.
+            own: with the damping that modes have, not that which they are stepped with.
+        """
         K, M = self.model.K.copy(), self.model.M.copy()
         at = 0
         for _, row, k in self.stiffnesses:
@@ -214,7 +235,7 @@ class Problem:
             rows = body.translation
             M += np.expm1(self.tolerance * z[at]) * (body.mass * rows.T @ rows + body.spin)
             at += 1
-        R = self.damping(M, K, z, self._damping)
+        R = self.damping(M, K, z, None if own else self._damping)
         return self._with_inertia(replace(self.model, M=M, K=K, R=R), z)
 
     def damping(self, M: Array, K: Array, z: Array, nominal: Array | None = None) -> Array:
@@ -248,14 +269,14 @@ class Problem:
         for t, r in enumerate(self.recordings):
             for name, level in zip(self.model.outputs, self.output_levels[t], strict=True):
                 out.append(Unknown(f"noise of {name} in {r.name}", float(np.log(level)),
-                                   NOISE_DEVIATION, True, "noise", t))  # fmt: skip
+                                   NOISE_DEVIATION, True, "noise", t, True))  # fmt: skip
             for i, name in enumerate(self.model.inputs):
                 if r.driven[i]:
                     level = max(r.input_noise[i], 1e-5 * float(np.sqrt(np.mean(r.u[:, i] ** 2))))
                     out.append(Unknown(f"noise of {name} in {r.name}", float(np.log(level)),
-                                       r.input_deviation, True, "noise", t))  # fmt: skip
+                                       r.input_deviation, True, "noise", t, True))  # fmt: skip
             out.append(Unknown(f"process noise in {r.name}", float(np.log(self.process_levels[t])),
-                               PROCESS_DEVIATION, True, "noise", t))  # fmt: skip
+                               PROCESS_DEVIATION, True, "noise", t, True))  # fmt: skip
         return tuple(out)
 
     @cached_property

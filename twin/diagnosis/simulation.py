@@ -100,7 +100,9 @@ class OutputError:
         return fit(self.hypothesis, z, free=self.free if free is None else free,
                    likelihood=self.value)  # fmt: skip
 
-    def value(self, z: Array, derivatives: bool = True, averages: object = None) -> Value:
+    def value(
+        self, z: Array, derivatives: bool = True, averages: object = None, near: object = None
+    ) -> Value:
         """Return the log likelihood up to a constant, and its derivatives, as ``fit`` asks for it.
 
         Raises:

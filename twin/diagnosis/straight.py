@@ -6,10 +6,13 @@ hammer has near half the sampling rate is not, nor a mode above it, which would 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis.scales import ROUNDING
+from twin.estimation.ringing import Ringing
 from twin.model.linear import LinearModel
 
 Array = NDArray[np.float64]
@@ -65,6 +68,22 @@ def hold_error(model: LinearModel, u: Array, step_s: float) -> Array:
         seen = seen + a[:, None] * model.Ca[:, j]
         out += push[:, None] * seen
     return np.asarray(np.fft.irfft(out, length, axis=0)[: len(u)])
+
+
+def ringing(model: LinearModel, places: Sequence[str], step_s: float) -> Ringing:
+    """Return the modes above half the sampling rate as laws at some ports drive them.
+
+    Args:
+        model: in modal coordinates.
+        places: the ports.
+        step_s: sampling interval [s].
+    """
+    at = np.flatnonzero(above(model, step_s))
+    mass = np.diag(model.M)[at]
+    square, rate = np.diag(model.K)[at] / mass, np.diag(model.R)[at] / mass
+    rows = np.array([model.port(place) for place in places]).reshape(len(places), len(model.M))
+    seen = np.array([model.Cd, model.Cv, model.Ca])[:, :, at]
+    return Ringing(square, rate, 2 * CALM * np.sqrt(square), -rows.T[at] / mass[:, None], seen)
 
 
 def above(model: LinearModel, step_s: float) -> NDArray[np.bool_]:

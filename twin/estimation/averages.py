@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.estimation.density import density
-from twin.estimation.kalman import EquivalentLinear, Gains, gains, start_covariances
+from twin.estimation.kalman import EquivalentLinear, gains, start_covariances
 from twin.estimation.model import Assembly, Model, Trial
 from twin.estimation.passing import LawAverages, Run, deviations, run, simulated, trust_in
 from twin.estimation.sensitivities import no_slopes, numbers_of
@@ -33,19 +33,27 @@ START_STEPS = 3
 enough, and evaluations follow one another."""
 
 
-def averages_at(model: Model, here: Assembly, plants: Sequence[Sampled], index: int) -> LawAverages:
+def averages_at(
+    model: Model, here: Assembly, plants: Sequence[Sampled], index: int,
+    near: LawAverages | None = None,
+) -> LawAverages:  # fmt: skip
     """Return what the laws do on the average of a recording, by a pass that knows nothing of it.
 
     Their forces are replaced by k d + c v with the least mean square error.
+
+    Args:
+        model: whose laws they are.
+        here: the model at values of its unknowns.
+        plants: its sampled systems.
+        index: of the recording.
+        near: what they do at values nearby, whose simulations begin where these did.
     """
     if not here.laws:
         return LawAverages(blur=here.blurs[index] if here.blurs else None)
     plant, trial = plants[here.which[index]], here.trials[index]
     if plant.driven is not None:
         blur = _ringing(model, here, plant.system, trial) if model.blurred else None
-        known = LawAverages(blur=blur)
-        start = estimated_start(here, trial, plant, here.noises[index], known, START_STEPS)
-        return _holding(here, trial, plant, here.noises[index], LawAverages(blur=blur, start=start))
+        return _holding(here, index, plant, LawAverages(blur=blur), near)
     passed = run(here, trial, plant, gains(plant, here.noises[index], missing=trial.missing))
     system = plant.system
     if not (np.all(np.isfinite(passed.f)) and np.all(np.isfinite(passed.x))):
@@ -72,34 +80,44 @@ def averages_at(model: Model, here: Assembly, plants: Sequence[Sampled], index: 
 
 
 def _holding(
-    here: Assembly, trial: Trial, plant: Sampled, noise: Noise, averages: LawAverages
+    here: Assembly, index: int, plant: Sampled, averages: LawAverages, near: LawAverages | None
 ) -> LawAverages:
-    """Return averages with the likeliest dashpots for deviations from the laws' simulation."""
-    start = averages.start
-    assert start is not None
-    free = gains(averages.filtering(plant), noise, missing=trial.missing)
-    without = no_slopes(plant, free, numbers_of(here))
-    there = simulated(plant, here, trial, start, np.zeros((len(start), 0)),
-                      np.zeros(len(here.laws)), 0.0, without)  # fmt: skip
+    """Return averages with the start of the laws' simulation and dashpots for deviations from it.
 
-    def likelihood(of: LawAverages, gain: Gains) -> float:
-        trust, filtering = trust_in(gain, of.blur), of.filtering(plant)
-        e, _, _ = deviations(filtering, trial, gain, trust, -start, there, without)
-        return density(e, trial.y, gain.innovation, of.blur).value
-
-    v = there.x @ plant.system.rate.T
-    dashpots = np.sum(there.f * v, axis=0) / np.maximum(np.sum(v**2, axis=0), 1e-300)
-    best, found = likelihood(averages, free), averages
-    for share in SHARES:
-        slopes = np.column_stack([0 * dashpots, share * dashpots])
-        tried = replace(averages, slopes=slopes)
-        try:
-            gain = gains(tried.filtering(plant), noise, missing=trial.missing)
-            value = likelihood(tried, gain)
-        except (ValueError, np.linalg.LinAlgError):
+    Of several dashpots the likeliest is taken. What was found nearby is tried as it is, so that the
+    likelihood has no jumps where it can be followed.
+    """
+    trial, noise = here.trials[index], here.noises[index]
+    nearby = None if near is None else near.start
+    steps = START_STEPS if nearby is None else 1
+    start = estimated_start(here, trial, plant, noise, averages, steps, nearby)
+    found, best = replace(averages, start=start), -np.inf
+    none = no_slopes(plant, gains(averages.filtering(plant), noise, missing=trial.missing),
+                     numbers_of(here))  # fmt: skip
+    for first in (start, nearby):
+        if first is None:
             continue
-        if value > best:
-            best, found = value, tried
+        there = simulated(plant, here, trial, first, np.zeros((len(first), 0)),
+                          np.zeros(len(here.laws)), 0.0, none)  # fmt: skip
+        v = there.x @ plant.system.rate.T
+        work = np.maximum(np.sum(there.f * v, axis=0), 0.0)
+        dashpots = work / np.maximum(np.sum(v**2, axis=0), 1e-300)
+        options = [None, *(np.outer(dashpots * share, (0.0, 1.0)) for share in SHARES)]
+        if first is not start:
+            assert near is not None
+            options = [near.slopes]
+        for slopes in options:
+            tried = replace(averages, start=first, slopes=slopes)
+            try:
+                filtering = tried.filtering(plant)
+                gain = gains(filtering, noise, missing=trial.missing)
+                trust = trust_in(gain, tried.blur)
+                e, _, _ = deviations(filtering, trial, gain, trust, -first, there, none)
+                value = density(e, trial.y, gain.innovation, tried.blur).value
+            except (ValueError, np.linalg.LinAlgError):
+                continue
+            if value > best:
+                best, found = value, tried
     return found
 
 

@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 
 from twin.estimation.likelihood import Value, evaluate
 from twin.estimation.model import Model
+from twin.estimation.passing import LawAverages
 
 Array = NDArray[np.float64]
 Likelihood = Callable[..., Value]
-"""value(z, derivatives, averages): the log likelihood at values z, as ``evaluate`` returns it."""
+"""value(z, derivatives, averages, near): the log likelihood at values z, as ``evaluate`` has it."""
 
 Code = Literal["converged", "stopped", "ran away"]
 """How a fit ended: no step promises anything more; its steps were used up, or none climbed; or
@@ -119,24 +120,34 @@ def fit(
         raise ValueError("the model runs away where the fit begins")
     score = here.log_likelihood - 0.5 * float(z @ z)
     damping, idle = 0.0, 0
+    again = not any(run.averages.start is not None for run in here.runs)
     best = here, score, z
     code: Code = "stopped"
     for _ in range(most):
         moved, damping, promise = _climbed(model, at, z, here, score, moving, damping)
-        if promise < enough:
+        settled = promise < enough
+        if not settled:
+            near = [run.averages for run in here.runs]
+            found = None if moved is None else _with_derivatives(at, moved, near)
+            if moved is None or found is None:
+                break
+            z = moved
+            gained = found.log_likelihood - 0.5 * float(z @ z) - score
+            here, score = found, score + gained
+            idle = 0 if score > best[1] + enough else idle + 1
+            best = (here, score, z) if score > best[1] else best
+            settled = idle == PATIENCE or (abs(gained) < enough and damping == 0.0)
+        if settled:
             code = "converged"
-            break
-        found = None if moved is None else _with_derivatives(at, moved)
-        if moved is None or found is None:
-            break
-        z = moved
-        gained = found.log_likelihood - 0.5 * float(z @ z) - score
-        here, score = found, score + gained
-        idle = 0 if score > best[1] + enough else idle + 1
-        best = (here, score, z) if score > best[1] else best
-        if idle == PATIENCE or (abs(gained) < enough and damping == 0.0):
-            code = "converged"
-            break
+            # averages that were found from those of values nearby, once as if from nowhere
+            fresh = None if again else _with_derivatives(at, best[2], None)
+            again = True
+            if fresh is None or fresh.log_likelihood <= best[0].log_likelihood + enough:
+                break
+            z, idle, code = best[2], 0, "stopped"
+            here, score = fresh, fresh.log_likelihood - 0.5 * float(z @ z)
+            best = here, score, z
+            continue
         if _evidence(best[1], _hessian(best[0], moving)) + 10 * max(gained, promise) < hopeless:
             break
     here, score, z = best
@@ -181,14 +192,14 @@ def _evidence(posterior: float, H: Array) -> float:
 
 
 def _within_reach(model: Model, delta: Array) -> Array:
-    """Return a step of which no unknown goes too far, and noise levels go as their own score says.
+    """Return a step of which no unknown goes too far, and levels go as their own score says.
 
     A level s that should be s' has the step log s'/s = (s'^2/s^2 - 1) / 2 by Gauss and Newton,
     which is never below -1/2; the s' that they mean is one logarithm away.
     """
     out = delta.copy()
     for i, unknown in enumerate(model.unknowns):
-        if unknown.role == "noise" and unknown.log:
+        if unknown.level:
             change = unknown.deviation * delta[i]
             out[i] = 0.5 * np.log(max(1 + 2 * change, np.exp(-2 * LONGEST))) / unknown.deviation
     reach = np.array([LONGEST / u.deviation if u.log else LONGEST for u in model.unknowns])
@@ -209,11 +220,11 @@ def _climbs(at: Likelihood, z: Array, score: float, here: Value) -> bool:
     return found.log_likelihood - 0.5 * float(z @ z) > score
 
 
-def _with_derivatives(at: Likelihood, z: Array) -> Value | None:
+def _with_derivatives(at: Likelihood, z: Array, near: list[LawAverages] | None) -> Value | None:
     """Return the model at a place with derivatives, None where it has none."""
     try:
         with np.errstate(all="ignore"):
-            found = at(z)
+            found = at(z, True, None, near)
     except (ValueError, np.linalg.LinAlgError):
         return None
     return found if np.all(np.isfinite(found.information)) else None

@@ -75,16 +75,19 @@ def evaluate(
     z: Array,
     derivatives: bool = True,
     averages: Sequence[LawAverages] | None = None,
+    near: Sequence[LawAverages] | None = None,
     free: NDArray[np.bool_] | None = None,
 ) -> Value:
     """Return the log likelihood at values z, (p,), and its derivatives unless they are not asked.
 
     Other arguments and errors are those of ``passes``; ``free`` says with respect to which
-    unknowns, (p,), all without, and others get 0.
+    unknowns, (p,), all without, and others get 0; ``near`` are averages of values nearby.
     """
     here = model.assemble(z)
     plants = plants_of(here, model)
-    known = averages or each(lambda i: averages_at(model, here, plants, i), len(here.trials))
+    known = averages or each(
+        lambda i: averages_at(model, here, plants, i, near[i] if near else None), len(here.trials)
+    )
     slopes = None
     moving = np.ones(len(model.unknowns), bool) if free is None else free
     if derivatives and np.any(moving):

@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import butter, freqs
+from scipy.signal import butter, freqs, oaconvolve
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -51,6 +51,24 @@ class LowPass:
         t = np.linspace(-REACH, REACH, 32 * REACH + 1)
         kernel = self.cut_off * np.sinc(self.cut_off * t) * np.kaiser(len(t), SHAPE)
         return np.asarray(np.cos(2 * np.pi * np.outer(f, t)) @ (kernel / np.sum(kernel)), complex)
+
+
+def interpolated(x: Array, steps: int) -> Array:
+    """Return band-limited signals at the parts of each sample, (samples steps, r).
+
+    Args:
+        x: at the samples, (samples, r).
+        steps: parts of a sample.
+    """
+    whole = np.arange(REACH, -REACH - 1, -1)
+    padded = np.pad(x, ((REACH, REACH), (0, 0)), mode="edge")
+    out = np.empty((len(x), steps, x.shape[1]))
+    for part in range(steps):
+        t = whole - part / steps
+        window = np.i0(SHAPE * np.sqrt(np.maximum(1 - (t / REACH) ** 2, 0.0)))
+        kernel = np.where(np.abs(t) <= REACH, np.sinc(t) * window, 0.0)
+        out[:, part] = oaconvolve(padded, (kernel / np.sum(kernel))[:, None], "valid", axes=0)
+    return out.reshape(len(x) * steps, -1)
 
 
 @cache

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.estimation.laws import Law
-from twin.estimation.low_pass import LowPass
+from twin.estimation.low_pass import LowPass, interpolated
+from twin.estimation.ringing import Ringing
 from twin.estimation.system import Noise, System
 
 Array = NDArray[np.float64]
@@ -25,12 +26,36 @@ class Trial:
         between: inputs as they drive the states in between, (samples, r).
         y: outputs, (samples, m); NaN where there is none.
         step_s: sampling interval [s].
+        smooth: inputs that are band-limited between samples, (r,); none without.
     """
 
     u: Array
     between: Array
     y: Array
     step_s: float
+    smooth: NDArray[np.bool_] | None = None
+
+    def finely(self, held: NDArray[np.bool_], steps: int) -> Array:
+        """Return the inputs where each part of a sample begins, (samples steps, r).
+
+        Args:
+            held: inputs that are held from sample to sample, (r,).
+            steps: parts of a sample.
+        """
+        key = (steps, *held.tolist())
+        if key not in self._fine:
+            points = np.arange(len(self.u) * steps) / steps
+            lines = [np.interp(points, np.arange(len(self.u)), x) for x in self.between.T]
+            fine = np.column_stack(lines)
+            fine[:, held] = np.repeat(self.between[:, held], steps, axis=0)
+            if self.smooth is not None:
+                fine[:, self.smooth] = interpolated(self.u[:, self.smooth], steps)
+            self._fine[key] = fine
+        return self._fine[key]
+
+    @cached_property
+    def _fine(self) -> dict[tuple[int, ...], Array]:
+        return {}
 
     @cached_property
     def missing(self) -> NDArray[np.bool_] | None:
@@ -59,6 +84,9 @@ class Assembly:
             are known and no law says.
         low_pass: that the forces of the laws, simulated, pass before they are seen; None where the
             laws follow the estimated motion, and are seen as they are.
+        own: the systems as they are simulated, with modes above half the sampling rate that ring
+            as they do; none where there are none, or nothing is simulated.
+        ringing: what these modes do to the outputs.
     """
 
     systems: tuple[System, ...]
@@ -72,6 +100,8 @@ class Assembly:
     trials: tuple[Trial, ...]
     blurs: tuple[Array | None, ...] = ()
     low_pass: LowPass | None = None
+    own: tuple[System, ...] = ()
+    ringing: Ringing | None = None
 
 
 @dataclass(frozen=True)
@@ -85,6 +115,7 @@ class Unknown:
         role: what it changes: the system, the noise levels alone, the laws' numbers alone, or the
             samples themselves (a fault that is taken back in them).
         trial: the one recording that it belongs to, or None.
+        level: whether it is the standard deviation of a noise or of a latent force, and ``log``.
     """
 
     name: str
@@ -93,6 +124,7 @@ class Unknown:
     log: bool = False
     role: Literal["system", "noise", "law", "samples"] = "system"
     trial: int | None = None
+    level: bool = False
 
     def value(self, z: float) -> float:
         """Return the value that lies z prior deviations above the prior's mean."""

@@ -197,12 +197,13 @@ def simulated(
     (samples, m), numbers, c = trial.y.shape, numbers_of(assembly), np.ascontiguousarray
     laws, q, own = len(numbers), dx0.shape[1], plant.driven.plant
     weights, ramps = plant.driven.weights, (~assembly.held).astype(float)
+    fine = trial.finely(assembly.held, plant.steps)
     parts = samples * plant.steps + weights.shape[1]
     forces, dforces = np.empty((parts, laws)), np.empty((parts, laws, q))
     ports, z = np.vstack([plant.system.drift, plant.system.rate]), np.empty((samples, laws))
-    simulate(addresses(assembly.laws), simulation_matrix(plant), ports, numbers, c(trial.between),
-             x0, z0, begin_s, plant.steps, trial.step_s, ramps, c(assembly.scales), d.simulated,
-             d.numbers, dx0, forces, dforces, z)  # fmt: skip
+    simulate(addresses(assembly.laws), simulation_matrix(plant), ports, numbers, c(fine), x0, z0,
+             begin_s, plant.steps, trial.step_s, c(assembly.scales), d.simulated, d.numbers, dx0,
+             forces, dforces, z)  # fmt: skip
     more, du = np.empty((samples, 3 * laws)), np.empty((samples, 3 * laws, q))
     filtered(forces, dforces, weights, plant.steps, more, du)
     e, de, x = np.empty((samples, m)), np.empty((samples, m, q)), np.empty((samples, len(x0)))
@@ -216,6 +217,13 @@ def simulated(
         np.zeros((1, n + held, m, q)), d.numbers[:0], dx0, np.arange(q), e, de, x, none.copy(),
         none.copy(),
     )  # fmt: skip
+    if assembly.ringing is not None:
+        every = np.concatenate([forces[:, :, None], dforces], axis=2)
+        drives = np.concatenate([more[:, :, None], du], axis=2)
+        beyond = assembly.ringing.beyond(every, drives, weights[0], plant.steps, trial.step_s)
+        measured = ~np.isnan(trial.y)
+        e -= beyond[:, :, 0] * measured
+        de -= beyond[:, :, 1:] * measured[:, :, None]
     return Simulation(e, de, x, z, more[:, :laws].copy())
 
 

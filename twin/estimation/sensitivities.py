@@ -61,7 +61,11 @@ def plants_of(assembly: Assembly, model: Model) -> list[Sampled]:
     """Return the sampled systems of an assembly."""
     step_s = model.trials[0].step_s
     low_pass = assembly.low_pass if assembly.laws else None
-    return [sampled(s, step_s, assembly.steps, assembly.held, low_pass) for s in assembly.systems]
+    own = assembly.own or assembly.systems
+    return [
+        sampled(s, step_s, assembly.steps, assembly.held, low_pass, alone)
+        for s, alone in zip(assembly.systems, own, strict=True)
+    ]
 
 
 def step_matrix(plant: Sampled) -> Array:
@@ -71,7 +75,8 @@ def step_matrix(plant: Sampled) -> Array:
 
 def simulation_matrix(plant: Sampled) -> Array:
     """Return x+ of a simulation over a part of a sample, by (x, u, u+, f), (n, n + 2 r + l)."""
-    return np.hstack([plant.A, plant.B0, plant.B1, plant.E])
+    own = plant if plant.driven is None else plant.driven.simulated
+    return np.hstack([own.A, own.B0, own.B1, own.E])
 
 
 def predicting(plant: Sampled) -> Sampled:

@@ -26,8 +26,8 @@ from twin.estimation.stepping import FAR, derivatives_at_ports, ports_at, rememb
 
 @numba.njit(nogil=True, cache=True)
 def simulate(
-    laws, step, ports, numbers, between, x0, z0, begin_s, steps, step_s, ramps, scales, dstep,
-    dnumbers, dx0, f_out, df_out, z_out,
+    laws, step, ports, numbers, fine, x0, z0, begin_s, steps, step_s, scales, dstep, dnumbers,
+    dx0, f_out, df_out, z_out,
 ):  # fmt: skip
     """Fill the forces of the laws, and their derivatives, over the parts of the samples.
 
@@ -38,17 +38,16 @@ def simulate(
         step: over one part of a sample, by (x, u, u+, f), (n, n + 2 r + l).
         ports: displacements, then rates, at the laws' ports, (2 l, n).
         numbers: of the laws, (l, most).
-        between: inputs as they drive the states, (samples, r); the last ones stay.
+        fine: inputs where each part of a sample begins, (samples steps, r); the last ones stay.
         x0, z0: state (n,) and memories (l,) before the first sample.
         begin_s, steps, step_s: time of the first sample, parts of a sample, sampling interval.
-        ramps: 1 for inputs that are linear between samples, 0 for held ones, (r,).
         scales: of force, displacement and rate at each port, (l, 3).
         dstep, dnumbers: derivatives with respect to the first of the unknowns, in the last axis.
         dx0: of the first state, (n, p).
         f_out, df_out: filled, (parts, l), (parts, l, p).
         z_out: memories before each sample, filled, (samples, l).
     """
-    samples, r = between.shape
+    last, r = len(fine) - 1, fine.shape[1]
     n, p, count = len(x0), dx0.shape[1], len(laws)
     first_f = n + 2 * r
     c, free = np.zeros(step.shape[1]), np.zeros(n)
@@ -65,14 +64,11 @@ def simulate(
     derivatives_at_ports(ports, X, n, dended)
     for place in range(len(f_out)):
         k, part = place // steps, place % steps
-        if part == 0 and k < samples:
+        if part == 0 and place <= last:
             z_out[k] = z
-        here, there = min(k, samples - 1), min(k + 1, samples - 1)
         for i in range(r):
-            low = between[here, i]
-            rise = ramps[i] * (between[there, i] - low)
-            c[n + i] = low + part / steps * rise
-            c[n + r + i] = low + (part + 1) / steps * rise
+            c[n + i] = fine[min(place, last), i]
+            c[n + r + i] = fine[min(place + 1, last), i]
         for i in range(n):
             free[i] = along(step[i], c, first_f)
         t = begin_s + (k + (part + 0.5) / steps) * step_s

@@ -39,7 +39,7 @@ FIRST_DAMPING = 1e-6
 
 def estimated_start(
     here: Assembly, trial: Trial, plant: Sampled, noise: Noise, averages: LawAverages,
-    steps: int = STEPS,
+    steps: int = STEPS, near: Array | None = None,
 ) -> Array:  # fmt: skip
     """Return the state before the first sample with the greatest posterior, (n,).
 
@@ -50,9 +50,10 @@ def estimated_start(
         noise: levels, and the prior covariance of that state.
         averages: what the laws do on the average.
         steps: passes at most.
+        near: a state that it is near to, (n,); the prior's mean without.
     """
-    first = Trial(trial.u[:BEGINNING], trial.between[:BEGINNING], trial.y[:BEGINNING],
-                  trial.step_s)  # fmt: skip
+    first = replace(trial, u=trial.u[:BEGINNING], between=trial.between[:BEGINNING],
+                    y=trial.y[:BEGINNING])  # fmt: skip
     root = root_of(noise.start)
     blur = averages.blur
     averages = replace(averages, blur=None if blur is None else blur[:BEGINNING])
@@ -74,7 +75,10 @@ def estimated_start(
             return np.inf, np.zeros(0), np.zeros((0, len(s)))
         return cost, part.white.ravel(), slopes
 
-    s, damping = np.zeros(root.shape[1]), FIRST_DAMPING
+    s: Array = np.zeros(root.shape[1])
+    damping = FIRST_DAMPING
+    if near is not None and np.all(np.isfinite(near)):
+        s = np.asarray(np.linalg.lstsq(root, near, rcond=None)[0], float)
     cost, white, slopes = passed(s)
     for _ in range(steps):
         H = slopes.T @ slopes + np.eye(len(s))

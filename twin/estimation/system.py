@@ -93,10 +93,12 @@ class Driven:
         plant: with 3 l further inputs: the filtered forces at a sample, which the outputs see, and
             the means and slopes until the next one, which drive the states; it has no laws.
         weights: of the forces of the parts around a sample for these inputs, (3, taps).
+        simulated: the system as it is simulated with its laws.
     """
 
     plant: Sampled
     weights: Array
+    simulated: Sampled
 
 
 def transition(A: Array, B: Array, h: float, ramps: int) -> tuple[Array, Array, Array]:
@@ -122,7 +124,7 @@ def transition(A: Array, B: Array, h: float, ramps: int) -> tuple[Array, Array, 
 
 def sampled(
     system: System, step_s: float, steps: int, held: NDArray[np.bool_],
-    low_pass: LowPass | None = None,
+    low_pass: LowPass | None = None, own: System | None = None,
 ) -> Sampled:  # fmt: skip
     """Discretise exactly by the matrix exponential (Van Loan 1978).
 
@@ -132,6 +134,7 @@ def sampled(
         steps: parts into which a sample is divided for the laws.
         held: inputs that are held from sample to sample instead of linear in between, (r,).
         low_pass: that the forces of the laws pass before they are seen, if any.
+        own: the system as it is simulated with its laws; the same one without.
     """
     r, forces = system.B.shape[1], system.E.shape[1]
     entries = np.hstack([system.B, system.E, system.W])
@@ -146,7 +149,10 @@ def sampled(
         A, B0, B1, first[:, r : r + forces], W, whole, entry,
         _noise_integral(system.A, system.G, step_s), steps, step_s / steps, system,
     )  # fmt: skip
-    return plant if low_pass is None else replace(plant, driven=_driven(plant, held, low_pass))
+    if low_pass is None:
+        return plant
+    alone = plant if own is None or own is system else sampled(own, step_s, steps, held)
+    return replace(plant, driven=_driven(plant, held, low_pass, alone))
 
 
 def deviating(plant: Sampled, tangent: Array) -> Sampled:
@@ -173,7 +179,7 @@ def deviating(plant: Sampled, tangent: Array) -> Sampled:
                    system)  # fmt: skip
 
 
-def _driven(plant: Sampled, held: NDArray[np.bool_], low_pass: LowPass) -> Driven:
+def _driven(plant: Sampled, held: NDArray[np.bool_], low_pass: LowPass, alone: Sampled) -> Driven:
     """Return a sampled system with the filtered forces of its laws as inputs."""
     system = plant.system
     (n, r), forces, m = system.B.shape, system.E.shape[1], len(system.C)
@@ -194,7 +200,7 @@ def _driven(plant: Sampled, held: NDArray[np.bool_], low_pass: LowPass) -> Drive
         B1=np.hstack([B1, none, none, none]), E=np.zeros((n, 0)), W=plant.entry, steps=1,
         step_s=step_s, system=without,
     )  # fmt: skip
-    return Driven(linear, weights(low_pass, plant.steps))
+    return Driven(linear, weights(low_pass, plant.steps), alone)
 
 
 def _noise_integral(A: Array, G: Array, step_s: float) -> Array:

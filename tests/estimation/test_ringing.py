@@ -1,0 +1,94 @@
+"""Modes above half the sampling rate, beside sums over fine samples and a recursion in steps."""
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from twin.estimation.low_pass import LowPass, interpolated, weights
+from twin.estimation.ringing import Ringing
+from twin.estimation.simulated import filtered
+
+RATE_HZ, STEPS, SAMPLES = 100.0, 24, 256
+STEP_S = 1 / RATE_HZ
+FAST_HZ, RATIO, STEPPED = 72.0, 0.01, 0.7
+OMEGA = 2 * np.pi * FAST_HZ
+SEEN = np.array([[[3.0 * OMEGA**2], [0.0]], [[0.0], [OMEGA]], [[1.0], [0.0]]])
+
+
+@pytest.mark.parametrize("steps", [1, 4, 7])
+def test_between_samples_a_band_limited_signal_is_found_again(steps):
+    fine = np.arange(400 * steps) / steps
+    tones = (0.03, 0.2, 0.37)  # cycles a sample, the last one at the edge of an analyser's band
+    true = sum(np.cos(2 * np.pi * f * fine + i) for i, f in enumerate(tones))
+    found = interpolated(true[::steps, None], steps)[:, 0]
+    inside = slice(20 * steps, -20 * steps)
+    assert np.max(np.abs(found - true)[inside]) < 1e-4
+
+
+def mode(rate):
+    """A mode as x' = A x + B f, and how two outputs see it less what the force does at once."""
+    A = np.array([[0.0, 1.0], [-(OMEGA**2), -rate]])
+    return (
+        A,
+        np.array([0.0, 1.0]),
+        SEEN[0] @ [[1.0, 0.0]] + SEEN[1] @ [[0.0, 1.0]] + SEEN[2] @ A[1:],
+    )
+
+
+def knocks():
+    """A force of one law that jumps within samples, over their parts, and its weighed sums."""
+    rng = np.random.default_rng(3)
+    weighed = weights(LowPass(1.0), STEPS)
+    forces = np.zeros((SAMPLES * STEPS + weighed.shape[1], 1))
+    for begin in rng.integers(900, SAMPLES * STEPS - 1200, 12):
+        forces[begin : begin + rng.integers(9, 270), 0] += rng.normal()
+    more = np.empty((SAMPLES, 3))
+    none = np.empty((len(forces), 1, 0))
+    filtered(forces, none, weighed, STEPS, more, np.empty((SAMPLES, 3, 0)))
+    return forces, more, weighed
+
+
+def through_the_filter(forces, weighed):
+    """The outputs of the mode, driven by the force in its parts, behind the filter."""
+    A, B, C = mode(2 * RATIO * OMEGA)
+    h = STEP_S / STEPS
+    step = expm(np.block([[A, B[:, None]], [np.zeros((1, 3))]]) * h)
+    x, seen = np.zeros(2), []
+    for f in forces[:, 0]:
+        moved = step[:2, :2] @ x + step[:2, 2] * f
+        seen.append(C @ (x + moved) / 2)
+        x = moved
+    out = np.zeros((SAMPLES, 2))
+    for k in range(SAMPLES):
+        first = k * STEPS - weighed.shape[1] // STEPS // 2 * STEPS
+        taps = np.arange(max(first, 0), first + weighed.shape[1])
+        out[k] = weighed[0, taps - first] @ np.array(seen)[taps]
+    return out
+
+
+def in_steps(more):
+    """The outputs of the mode, strongly damped, driven by means and slopes in steps of a sample."""
+    A, B, C = mode(2 * STEPPED * OMEGA)
+    big = np.zeros((4, 4))
+    big[:2, :2], big[:2, 2], big[2, 3] = A * STEP_S, B * STEP_S, 1.0
+    step = expm(big)
+    x, out = np.zeros(2), []
+    for _, mean, slope in more:
+        out.append(C @ x)
+        x = step[:2, :2] @ x + step[:2, 2] * (mean - slope / 2) + step[:2, 3] * slope
+    return np.array(out)
+
+
+def test_a_fast_mode_is_seen_as_it_rings_behind_the_filter_not_as_it_is_stepped():
+    forces, more, weighed = knocks()
+    fast = Ringing(
+        np.array([OMEGA**2]), np.array([2 * RATIO * OMEGA]), np.array([2 * STEPPED * OMEGA]),
+        np.array([[1.0]]), SEEN,
+    )  # fmt: skip
+    beyond = fast.beyond(forces[:, :, None], more[:, :, None], weighed[0], STEPS, STEP_S)[:, :, 0]
+    true, stepped = through_the_filter(forces, weighed), in_steps(more)
+    size = np.sqrt(np.mean(true**2, axis=0))
+    before = np.sqrt(np.mean((stepped - true) ** 2, axis=0)) / size
+    after = np.sqrt(np.mean((stepped + beyond - true) ** 2, axis=0)) / size
+    assert np.all(before > 0.2)
+    assert np.all(after < 0.01)

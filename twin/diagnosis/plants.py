@@ -1,0 +1,100 @@
+"""The plants of a hypothesis: one for each set of masses that recordings were made with."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.diagnosis.plant import Plant, plant_of, require_passive
+from twin.diagnosis.problem import Problem
+from twin.mechanisms.mechanism import Mechanism
+
+Array = NDArray[np.float64]
+
+START_WIDTH = 3.0
+"""Deviation of the state before the first sample, in RMS values of the nominal motion."""
+
+SLOWEST_HZ = 0.1
+"""Frequency that a rigid mode counts as when its rate before the first sample is bounded."""
+
+AMPLIFIED = 10.0
+"""By which the motion of an added coordinate may exceed its static one before the first sample:
+that of a resonance of 5 % damping."""
+
+TINY = 1e-12
+"""Displacement that a motion has at least [m], so that covariances are not singular."""
+
+
+@dataclass(frozen=True)
+class Plants:
+    """The distinct plants of a hypothesis.
+
+    Attributes:
+        stepped: as the predictor steps them.
+        own: the same with the damping that modes above half the sampling rate have, in which the
+            laws are simulated; none where nothing is, or there are no such modes.
+        which: index of each recording's.
+    """
+
+    stepped: tuple[Plant, ...]
+    own: tuple[Plant, ...]
+    which: tuple[int, ...]
+
+
+def plants_at(
+    problem: Problem, z: Array, mechanisms: Sequence[Mechanism],
+    levels: Sequence[tuple[str, float, float]], simulated: bool,
+) -> Plants:  # fmt: skip
+    """Return the plants at values z of the base unknowns, (base unknowns,).
+
+    Args:
+        problem: whose recordings they are.
+        z: the values.
+        mechanisms: in any order.
+        levels: port or output, RMS and corner frequency of each discrepancy.
+        simulated: whether the laws are.
+
+    Raises:
+        ValueError: mechanisms that take more damping than there is.
+    """
+    base = problem.base(z)
+    require_passive(base, lambda: problem.damping(base.M, base.K, z), mechanisms)
+    bases = [base, problem.base(z, own=True)] if simulated and problem.rings else [base]
+    loads = [tuple(sorted(r.added_mass.items())) for r in problem.recordings]
+    distinct = list(dict.fromkeys(loads))
+    made: list[tuple[Plant, ...]] = []
+    for unloaded in bases:
+        models = []
+        for load in distinct:
+            model = unloaded
+            for place, mass in load:
+                model = model.loaded(place, mass)
+            models.append(model)
+        made.append(tuple(
+            plant_of(model, mechanisms, levels, problem.readings, problem.noise_gain,
+                     problem.pseudo_forces)
+            for model in models
+        ))  # fmt: skip
+    own = made[1] if len(made) > 1 else ()
+    return Plants(made[0], own, tuple(distinct.index(load) for load in loads))
+
+
+def start_covariance(problem: Problem, trial: int, plant: Plant) -> Array:
+    """Return the covariance of the state before the first sample of a recording, (n, n)."""
+    own, total = len(problem.scale[trial]), plant.coordinates
+    w = np.maximum(np.sqrt(np.abs(np.diag(problem.model.K))), 2 * np.pi * SLOWEST_HZ)
+    q = START_WIDTH * problem.scale[trial] + TINY
+    variance = np.zeros(2 * total)
+    variance[:own], variance[total : total + own] = q**2, (q * w) ** 2
+    if total > own:
+        # what hangs on the structure or gives way under it is driven by the structure's motion
+        w_own = np.sqrt(plant.stiffness[own:] / plant.mass[own:])
+        more = AMPLIFIED * np.max(q * w**2, initial=TINY) / w_own**2
+        variance[own:total], variance[total + own :] = more**2, (more * w_own) ** 2
+    out = np.zeros((2 * total + len(plant.start),) * 2)
+    out[range(2 * total), range(2 * total)] = variance
+    out[2 * total :, 2 * total :] = plant.start
+    return out

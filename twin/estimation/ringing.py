@@ -1,0 +1,108 @@
+"""What modes above half the sampling rate do to outputs when a law's force drives them.
+
+The predictor steps such modes from sample to sample strongly damped, as they would else ring at
+corners that no true force has. A law with corners does stir them: its force f, simulated, moves a
+mode q'' + r q' + w^2 q = f as it is, and through the analyser's filter h an output shows h*q. That
+is the exact answer of the mode to the filtered force, and what the predictor has of it is known.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import next_fast_len
+
+from twin.estimation.low_pass import REACH
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+SILENCE = 2
+"""How many times as long a signal is taken for, so that nothing comes round of fast modes."""
+
+
+@dataclass(frozen=True)
+class Ringing:
+    """Modes above half the sampling rate.
+
+    Attributes:
+        square, rate: w^2 and r of each, (k,).
+        stepped: r of each as the predictor steps it, (k,).
+        entry: force of each law on each, over its mass, (k, l).
+        seen: how outputs see displacements, velocities and accelerations, (3, m, k).
+    """
+
+    square: Array
+    rate: Array
+    stepped: Array
+    entry: Array
+    seen: Array
+
+    def beyond(self, forces: Array, more: Array, shown: Array, steps: int, step_s: float) -> Array:
+        """Return what outputs show beyond what the predictor has of these modes, (samples, m, q).
+
+        Args:
+            forces: of the laws over the parts of the samples, (parts, l, q).
+            more: what drives the predictor: of each law's filtered force the value at a sample,
+                the mean until the next one and the slope there, (samples, 3 l, q).
+            shown: weights of the forces of the parts around a sample in the filtered one, (taps,).
+            steps: parts of a sample.
+            step_s: sampling interval [s].
+        """
+        samples, laws = len(more), forces.shape[1]
+        before = np.repeat(forces[steps - 1 : steps], REACH * steps, axis=0)
+        driven = np.concatenate([before, forces])
+        fine = next_fast_len(SILENCE * len(driven), real=True)
+        coarse = next_fast_len(SILENCE * samples, real=True)
+        key = fine, coarse, steps
+        if key not in self._answers:
+            self._answers[key] = (
+                self._exact(np.asarray(np.fft.rfftfreq(fine, step_s / steps), float), fine, shown),
+                self._stepped(np.exp(2j * np.pi * np.fft.rfftfreq(coarse)), step_s),
+            )
+        exact, found = self._answers[key]
+        true = _through(exact, driven, fine)[: samples * steps : steps]
+        return np.asarray(true - _through(found, more[:, laws:], coarse)[:samples])
+
+    @cached_property
+    def _answers(self) -> dict[tuple[int, ...], tuple[Complex, Complex]]:
+        return {}
+
+    def _exact(self, f: Array, length: int, shown: Array) -> Complex:
+        """Return the outputs' response to forces, filtered, at frequencies f [Hz], (., m, l)."""
+        s = 2j * np.pi * f
+        q = 1 / (s[:, None] ** 2 + self.rate * s[:, None] + self.square)
+        a = -self.square * q - self.rate * s[:, None] * q
+        response = sum(
+            np.einsum("mk,fk,kl->fml", read, answer, self.entry, optimize=True)
+            for read, answer in zip(self.seen, (q, s[:, None] * q, a), strict=True)
+        )
+        return np.asarray(response * np.conj(np.fft.rfft(shown, length))[:, None, None])
+
+    def _stepped(self, z: Complex, step_s: float) -> Complex:
+        """Return the outputs' response to means, then slopes, between samples, (., m, 2 l)."""
+        half = np.sqrt((self.stepped / 2) ** 2 - self.square + 0j)
+        q, v = np.zeros((2, 2, len(z), len(half)), complex)
+        for sign in (1, -1):
+            pole = -self.stepped / 2 + sign * half
+            over = np.exp(pole * step_s)
+            constant = (over - 1) / pole
+            slope = (constant / step_s - 1) / pole - constant / 2
+            states = np.array([constant, slope])[:, None] / (z[:, None] - over)
+            states *= sign / (2 * half)
+            q, v = q + states, v + pole * states
+        a = -self.square * q - self.stepped * v
+        response = sum(
+            np.einsum("mk,dfk,kl->fmdl", read, answer, self.entry, optimize=True)
+            for read, answer in zip(self.seen, (q, v, a), strict=True)
+        )
+        return np.asarray(response).reshape(len(z), self.seen.shape[1], -1)
+
+
+def _through(response: Complex, drive: Array, length: int) -> Array:
+    """Return what a response (., m, l) makes of signals (samples, l, q), (length, m, q)."""
+    spectrum = np.fft.rfft(drive, length, axis=0)
+    return np.asarray(np.fft.irfft(response @ spectrum, length, axis=0))
