@@ -8,6 +8,7 @@ import pytest
 from estimation_support import FRICTION, RATE_HZ, TwoMasses, two_masses
 from scipy.signal import resample_poly
 
+from twin.estimation import averages
 from twin.estimation.fit import fit
 from twin.estimation.likelihood import evaluate, passes
 from twin.estimation.low_pass import LowPass
@@ -153,3 +154,19 @@ def test_deviations_from_the_simulation_are_estimated_with_the_dashpot_in_their_
         x = whole @ (x + run.gains.state[min(k, last)] @ e)
         x += entry @ run.gains.held[min(k, last)] @ e
     assert c > 0
+
+
+def test_where_a_simulation_begins_and_what_its_deviations_meet_follow_one_another(monkeypatch):
+    whole, first = recorded(0.5, 0.02), 213
+    cut = Trial(*(part[first:] for part in (whole.u, whole.between, whole.y)), whole.step_s)
+    of = TwoMasses((cut,), (FRICTION,), PORTS, steps=4, low_pass=LowPass(1.0))
+    z = truth(of)
+    z[[u.name for u in of.unknowns].index("input noise 0")] += np.log(0.02 / 2e-3)
+    found = evaluate(of, z, derivatives=False)
+    near = [run.averages for run in found.runs]
+    again = evaluate(of, z, derivatives=False, near=near)
+    assert again.log_likelihood >= found.log_likelihood
+    assert again.log_likelihood < found.log_likelihood + 1.0
+    monkeypatch.setattr(averages, "ROUNDS", 1)
+    once = evaluate(of, z, derivatives=False)
+    assert found.log_likelihood > once.log_likelihood + 5.0

@@ -28,9 +28,10 @@ SHARES = (0.1, 0.3, 1.0, 10.0, 100.0)
 """Of the dashpot that a law is on the average of a motion, what it may be for small deviations from
 it, beside none: little where friction slides, any where it holds."""
 
-START_STEPS = 3
-"""Gauss-Newton steps to the state that a simulation begins with: of a linear structure one is
-enough, and evaluations follow one another."""
+ROUNDS, SETTLED = 10, 1.0
+"""Gauss-Newton steps at most to the state that a simulation begins with, each followed by another
+dashpot, where none is known nearby, and the gain [nat] below which one is not worth another: fits
+go on from there."""
 
 
 def averages_at(
@@ -53,7 +54,15 @@ def averages_at(
     plant, trial = plants[here.which[index]], here.trials[index]
     if plant.driven is not None:
         blur = _ringing(model, here, plant.system, trial) if model.blurred else None
-        return _holding(here, index, plant, LawAverages(blur=blur), near)
+        found, last = near, -np.inf
+        for _ in range(ROUNDS if near is None else 1):
+            value, found = _holding(here, index, plant, LawAverages(blur=blur), found)
+            if not value > last + SETTLED:
+                break
+            last = value
+        assert found is not None
+        return found
+
     passed = run(here, trial, plant, gains(plant, here.noises[index], missing=trial.missing))
     system = plant.system
     if not (np.all(np.isfinite(passed.f)) and np.all(np.isfinite(passed.x))):
@@ -81,16 +90,16 @@ def averages_at(
 
 def _holding(
     here: Assembly, index: int, plant: Sampled, averages: LawAverages, near: LawAverages | None
-) -> LawAverages:
+) -> tuple[float, LawAverages]:
     """Return averages with the start of the laws' simulation and dashpots for deviations from it.
 
-    Of several dashpots the likeliest is taken. What was found nearby is tried as it is, so that the
-    likelihood has no jumps where it can be followed.
+    The log likelihood comes with them. Of several dashpots the likeliest is taken. What was found
+    nearby is tried as it is, so that the likelihood has no jumps where it can be followed.
     """
     trial, noise = here.trials[index], here.noises[index]
     nearby = None if near is None else near.start
-    steps = START_STEPS if nearby is None else 1
-    start = estimated_start(here, trial, plant, noise, averages, steps, nearby)
+    slopes = None if near is None else near.slopes
+    start = estimated_start(here, trial, plant, noise, replace(averages, slopes=slopes), 1, nearby)
     found, best = replace(averages, start=start), -np.inf
     none = no_slopes(plant, gains(averages.filtering(plant), noise, missing=trial.missing),
                      numbers_of(here))  # fmt: skip
@@ -118,7 +127,7 @@ def _holding(
                 continue
             if value > best:
                 best, found = value, tried
-    return found
+    return best, found
 
 
 def _ringing(model: Model, here: Assembly, system: System, trial: Trial) -> Array:
