@@ -49,8 +49,19 @@ class LowPass:
             _, found = freqs(b, a, 2 * np.pi * f)
             return np.asarray(found * np.exp(2j * np.pi * f * delay))
         t = np.linspace(-REACH, REACH, 32 * REACH + 1)
-        kernel = self.cut_off * np.sinc(self.cut_off * t) * np.kaiser(len(t), SHAPE)
+        kernel = _impulse(t, self.cut_off)
         return np.asarray(np.cos(2 * np.pi * np.outer(f, t)) @ (kernel / np.sum(kernel)), complex)
+
+
+def _impulse(t: Array, cut_off: float) -> Array:
+    """Return the impulse response of a filter of linear phase, up to a factor, at times [samples].
+
+    Args:
+        t: the times.
+        cut_off: as ``LowPass`` has it.
+    """
+    window = np.i0(SHAPE * np.sqrt(np.maximum(1 - (t / REACH) ** 2, 0.0)))
+    return np.asarray(np.where(np.abs(t) <= REACH, np.sinc(cut_off * t) * window, 0.0))
 
 
 def interpolated(x: Array, steps: int) -> Array:
@@ -64,9 +75,7 @@ def interpolated(x: Array, steps: int) -> Array:
     padded = np.pad(x, ((REACH, REACH), (0, 0)), mode="edge")
     out = np.empty((len(x), steps, x.shape[1]))
     for part in range(steps):
-        t = whole - part / steps
-        window = np.i0(SHAPE * np.sqrt(np.maximum(1 - (t / REACH) ** 2, 0.0)))
-        kernel = np.where(np.abs(t) <= REACH, np.sinc(t) * window, 0.0)
+        kernel = _impulse(whole - part / steps, 1.0)
         out[:, part] = oaconvolve(padded, (kernel / np.sum(kernel))[:, None], "valid", axes=0)
     return out.reshape(len(x) * steps, -1)
 
