@@ -75,7 +75,7 @@ def interpolated(x: Array, steps: int) -> Array:
     padded = np.pad(x, ((REACH, REACH), (0, 0)), mode="edge")
     out = np.empty((len(x), steps, x.shape[1]))
     for part in range(steps):
-        kernel = _impulse(whole - part / steps, 1.0)
+        kernel = _impulse(np.asarray(whole - part / steps, float), 1.0)
         out[:, part] = oaconvolve(padded, (kernel / np.sum(kernel))[:, None], "valid", axes=0)
     return out.reshape(len(x) * steps, -1)
 
