@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from estimation_support import (
@@ -106,6 +108,28 @@ def test_sensitivities_are_those_of_finite_differences(name, latent, low_pass):
         change = (a.log_likelihood - b.log_likelihood) / (2 * h)
         spread = np.sqrt(here.information[i, i])
         assert here.gradient[i] == pytest.approx(change, abs=0.15 * spread), unknown.name
+
+
+class Quiet(TwoMasses):
+    """The two masses with hardly any noise, their first state as uncertain as ever."""
+
+    def assemble(self, z):
+        here = super().assemble(z)
+        quiet = [replace(n, held=1e-4 * n.held, output=1e-4 * n.output) for n in here.noises]
+        return replace(here, noises=tuple(quiet))
+
+
+def test_beside_a_first_state_of_wide_prior_the_gradient_is_right_to_a_third_of_its_spread():
+    model = Quiet((shaken(300, 5, noise=(5e-6, 2e-6)),))
+    z = np.zeros(len(model.unknowns))
+    here = evaluate(model, z)
+    for i, unknown in enumerate(model.unknowns):
+        step = np.zeros(len(z))
+        step[i] = 0.01 / np.sqrt(here.information[i, i])
+        a, b = (evaluate(model, z + s * step, derivatives=False) for s in (1, -1))
+        change = (a.log_likelihood - b.log_likelihood) / (2 * step[i])
+        spread = np.sqrt(here.information[i, i])
+        assert here.gradient[i] == pytest.approx(change, abs=0.3 * spread), unknown.name
 
 
 def test_with_gaps_the_gradient_is_that_of_the_likelihood_to_a_fraction_of_its_spread():

@@ -20,9 +20,11 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-STEP = 1e-6
-"""Step of the differences of matrices and gains, in prior standard deviations: between rounding
-(1e-16 / 1e-6) and curvature (1e-6)."""
+STEP, LEVEL_STEP = 1e-4, 3e-4
+"""Steps of the differences of matrices and gains, in prior standard deviations, and of what noise
+levels make of gains: between rounding, of gains whose recursion begins 1e10 times as wide as the
+noise (1e-6 over the step), and curvature (1e-4 where a resonance moves by a per cent; a level's is
+its step, and scales both sides of the balance that it is found by)."""
 
 ORDER = ("system", "law", "noise", "samples")
 """Roles in the order of the stepping loop's columns: what each changes is a part of what the first
@@ -128,7 +130,7 @@ def slopes_of(
     moved: dict[int, tuple[Assembly, Sequence[Sampled]]] = {}
     for group in _together(unknowns, free):
         near = z.copy()
-        near[group] += STEP
+        near[group] += _step_of(unknowns[group[0]])
         assembly = model.assemble(near)
         own = plants_of(assembly, model) if unknowns[group[0]].role == "system" else plants
         moved |= {index: (assembly, own) for index in group}
@@ -138,6 +140,11 @@ def slopes_of(
             len(model.trials),
         )
     )
+
+
+def _step_of(unknown: Unknown) -> float:
+    """Return the step of differences by an unknown."""
+    return LEVEL_STEP if unknown.role == "noise" else STEP
 
 
 def _together(unknowns: Sequence[Unknown], free: NDArray[np.bool_]) -> list[list[int]]:
@@ -183,7 +190,7 @@ def _of_trial(
     numbers = numbers_of(here)
     dnumbers = np.zeros((*numbers.shape, laws))
     dgain, dS = np.zeros((*gain.shape, p)), np.zeros((*base.innovation.shape, p))
-    changed, near = [], []
+    changed, near, steps = [], [], []
     for at, place in enumerate(order):
         assembly, others = moved[columns[place]]
         other = others[assembly.which[trial]]
@@ -200,13 +207,14 @@ def _of_trial(
             taken_back[place] = assembly
         elif at < systems or at >= laws:
             changed.append(at)
+            steps.append(_step_of(unknowns[columns[place]]))
             near.append((near_filter, assembly.noises[trial]))
     if near:
         # the last one is the model itself, so that rounding is alike in both
         near.append((filtering, here.noises[trial]))
         gains_near, covariances = neighbouring_gains(near, len(gain) - 1, equivalent)
-        dgain[..., changed] = (gains_near[..., :-1] - gains_near[..., -1:]) / STEP
-        dS[..., np.array(order)[changed]] = (covariances[..., :-1] - covariances[..., -1:]) / STEP
+        dgain[..., changed] = (gains_near[..., :-1] - gains_near[..., -1:]) / steps
+        dS[..., np.array(order)[changed]] = (covariances[..., :-1] - covariances[..., -1:]) / steps
     return Slopes(dstep, dread, dgain, dnumbers, dsimulation, ddeviation, dread_deviation, dS,
                   columns, np.array(order, np.int64), taken_back)  # fmt: skip
 
