@@ -1,7 +1,7 @@
 """What holds on any structure, as a section of the proof: engine, identification, closure.
 
     python -m experiments.structures_identified --out identified
-    python -m experiments.closure --structure chain --out closure
+    python -m experiments.closure --structure chain --structure portal --out closure
     python -m experiments.any_structure --identified identified --closure closure --to FILE
 
 Compares the engine with MuJoCo (half a minute) and reads what ``structures_identified`` and
@@ -32,7 +32,7 @@ TEXT = (
 )
 COMMANDS = (
     "python -m experiments.structures_identified --out identified",
-    "python -m experiments.closure --structure chain --out closure",
+    "python -m experiments.closure --structure chain --structure portal --out closure",
     "python -m experiments.any_structure --identified identified --closure closure "
     "--to experiments/results/structures.json",
 )
@@ -96,20 +96,23 @@ def identified(results: dict[str, Any]) -> Table:
     }
 
 
-def closed(results: dict[str, Any]) -> Table:
-    """Return the closure's table."""
+def closed(results: dict[str, Any], commits: str = "") -> Table:
+    """Return the closure's table; its title says on which commits it was diagnosed."""
     rows = [
         [*name.split(" ", 1), row["place"], *(row[step] for step in closure.STEPS)]
         for name, row in results.items()
     ]
-    shares = []
-    for step in closure.STEPS:
-        asked = [row[step] for row in results.values() if row[step] != "-"]
-        shares.append(f"{sum(cell == 'right' for cell in asked)} of {len(asked)}")
+    totals = []
+    for structure in dict.fromkeys(row[0] for row in rows):
+        shares = []
+        for step in range(3, 6):
+            asked = [row[step] for row in rows if row[0] == structure and row[step] != "-"]
+            shares.append(f"{sum(cell == 'right' for cell in asked)} of {len(asked)}")
+        totals.append([structure, "all", "", *shares])
     return {
-        "title": "Closure",
+        "title": f"Closure ({commits})" if commits else "Closure",
         "columns": ["Structure", "Mechanism", "Place", "Own", "Named", "Again"],
-        "rows": [*rows, ["all", "", "", *shares]],
+        "rows": [*rows, *totals],
     }
 
 
@@ -118,6 +121,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--identified", type=Path, required=True)
     parser.add_argument("--closure", type=Path, required=True)
+    parser.add_argument("--commits", default="", help="on which the closure was diagnosed")
     parser.add_argument("--to", type=Path, required=True)
     given = parser.parse_args()
     section = {
@@ -126,7 +130,7 @@ def main() -> None:
         "tables": [
             *engine(),
             identified(rows_of(given.identified, "draws.jsonl")),
-            closed(rows_of(given.closure, "closure.jsonl")),
+            closed(rows_of(given.closure, "closure.jsonl"), given.commits),
         ],
     }
     text = json.dumps(section, indent=1) + "\n"
