@@ -1,10 +1,9 @@
 """Modes above half the sampling rate, beside sums over fine samples and a recursion in steps."""
 
 import numpy as np
-import pytest
 from scipy.linalg import expm
 
-from twin.estimation.low_pass import LowPass, interpolated, weights
+from twin.estimation.low_pass import LowPass, weights
 from twin.estimation.ringing import Ringing
 from twin.estimation.simulated import filtered
 
@@ -13,16 +12,6 @@ STEP_S = 1 / RATE_HZ
 FAST_HZ, RATIO, STEPPED = 72.0, 0.01, 0.7
 OMEGA = 2 * np.pi * FAST_HZ
 SEEN = np.array([[[3.0 * OMEGA**2], [0.0]], [[0.0], [OMEGA]], [[1.0], [0.0]]])
-
-
-@pytest.mark.parametrize("steps", [1, 4, 7])
-def test_between_samples_a_band_limited_signal_is_found_again(steps):
-    fine = np.arange(400 * steps) / steps
-    tones = (0.03, 0.2, 0.37)  # cycles a sample, the last one at the edge of an analyser's band
-    true = sum(np.cos(2 * np.pi * f * fine + i) for i, f in enumerate(tones))
-    found = interpolated(true[::steps, None], steps)[:, 0]
-    inside = slice(20 * steps, -20 * steps)
-    assert np.max(np.abs(found - true)[inside]) < 1e-4
 
 
 def mode(rate):

@@ -112,15 +112,16 @@ def in_words(problem: Problem) -> str:
 
 
 def filter_in_words(hypothesis: Hypothesis) -> tuple[str, ...]:
-    """Say how forces that jump are seen; nothing where none does."""
+    """Say how laws are seen of which samples do not show all; nothing where there are none."""
     if not hypothesis.stirs:
         return ()
+    which = "laws that jump" if hypothesis.jumps else "laws with corners"
     seen = hypothesis.problem.low_pass
     if seen is None:
-        return ("laws that jump follow the estimated motion; their jumps count for less",)
+        return (f"{which} follow the estimated motion; their jumps count for less",)
     kind = f"Butterworth's of order {seen.order}" if seen.order else "of linear phase"
     edge = f"{seen.cut_off / 2:g} of the sampling rate"
-    return (f"laws that jump are simulated, and seen through a low-pass {kind}, its edge {edge}",)
+    return (f"{which} are simulated, and seen through a low-pass {kind}, its edge {edge}",)
 
 
 def _groups(hypothesis: Hypothesis) -> list[Callable[[Hypothesis, Array], list[Problem]]]:

@@ -68,8 +68,9 @@ def seen_otherwise(h: Hypothesis) -> tuple[Hypothesis, ...]:
 
     Where a law jumps it matters: a simulation sees the analyser's filter, but does not repeat a
     motion that a force moves which nobody measured. Where forces have corners alone it is not
-    asked: a filter shows them nearly as they are, and blows at stops let every error grow. What is
-    added to a law that jumps and is no force leaves that as it was.
+    asked, unless they stir modes above half the sampling rate: a filter shows them nearly as they
+    are, and blows at stops let every error grow. What is added to a law that jumps and is no force
+    leaves that as it was.
     """
     if not h.stirs or not isinstance(h.mechanisms[-1], Law | Disturbance):
         return (h,)

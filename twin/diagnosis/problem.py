@@ -59,8 +59,9 @@ class Problem:
         known: mechanisms that the model itself holds, part of every hypothesis: their values are
             as uncertain as dampings, and no more exact a law than any.
         known_scales: of force, displacement and rate at their ports.
-        low_pass: the analyser's filter, through which outputs show the forces of laws that jump,
-            simulated; None where these laws follow the estimated motion and are seen as they are.
+        low_pass: the analyser's filter, through which outputs show the forces of laws that are
+            simulated: they jump, or stir modes above half the sampling rate; None where these laws
+            follow the estimated motion and are seen as they are.
         told: whether the user says the tolerance; if not, it is found from the recordings.
         geometry: of the model, where large motion is seen in the recordings.
     """
@@ -125,7 +126,7 @@ class Problem:
             between = np.hstack([between, prefiltered(forces)])
             u = np.hstack([u, forces])
         smooth = None
-        if self.calmed:
+        if self.rings:
             smooth = np.concatenate([~self.cornered, np.ones(self.pseudo_forces, bool)])
         return Trial(u, between, known, self.step_s, smooth)
 

@@ -17,7 +17,15 @@ from numpy.typing import NDArray
 from twin.estimation.density import density
 from twin.estimation.kalman import EquivalentLinear, gains, start_covariances
 from twin.estimation.model import Assembly, Model, Trial
-from twin.estimation.passing import LawAverages, Run, deviations, run, simulated, trust_in
+from twin.estimation.passing import (
+    LawAverages,
+    Run,
+    Simulation,
+    deviations,
+    run,
+    simulated,
+    trust_in,
+)
 from twin.estimation.sensitivities import no_slopes, numbers_of
 from twin.estimation.start import estimated_start
 from twin.estimation.system import Noise, Sampled, System, transition
@@ -54,15 +62,14 @@ def averages_at(
     plant, trial = plants[here.which[index]], here.trials[index]
     if plant.driven is not None:
         blur = _ringing(model, here, plant.system, trial) if model.blurred else None
-        found, last = near, -np.inf
-        for _ in range(ROUNDS if near is None else 1):
-            value, found = _holding(here, index, plant, LawAverages(blur=blur), found)
+        known = LawAverages(blur=blur)
+        value, found = _holding(here, index, plant, known, near, None)
+        for _ in range(ROUNDS - 1 if near is None else 0):
+            last = value
+            value, found = _holding(here, index, plant, known, found, last)
             if not value > last + SETTLED:
                 break
-            last = value
-        assert found is not None
         return found
-
     passed = run(here, trial, plant, gains(plant, here.noises[index], missing=trial.missing))
     system = plant.system
     if not (np.all(np.isfinite(passed.f)) and np.all(np.isfinite(passed.x))):
@@ -89,45 +96,60 @@ def averages_at(
 
 
 def _holding(
-    here: Assembly, index: int, plant: Sampled, averages: LawAverages, near: LawAverages | None
-) -> tuple[float, LawAverages]:
+    here: Assembly, index: int, plant: Sampled, averages: LawAverages, near: LawAverages | None,
+    known: float | None,
+) -> tuple[float, LawAverages]:  # fmt: skip
     """Return averages with the start of the laws' simulation and dashpots for deviations from it.
 
-    The log likelihood comes with them. Of several dashpots the likeliest is taken. What was found
-    nearby is tried as it is, so that the likelihood has no jumps where it can be followed.
+    Of several dashpots the likeliest is taken. What was found nearby is tried as it is, so that the
+    likelihood has no jumps where it can be followed.
+
+    Args:
+        here: the model at values of its unknowns.
+        index: of the recording.
+        plant: its sampled system.
+        averages: without either.
+        near: with both, as they were found nearby.
+        known: log likelihood with these, where it was found for the very values.
+
+    Returns:
+        The log likelihood with them, and the averages.
     """
     trial, noise = here.trials[index], here.noises[index]
-    nearby = None if near is None else near.start
-    slopes = None if near is None else near.slopes
-    start = estimated_start(here, trial, plant, noise, replace(averages, slopes=slopes), 1, nearby)
-    found, best = replace(averages, start=start), -np.inf
+    near = near or averages
     none = no_slopes(plant, gains(averages.filtering(plant), noise, missing=trial.missing),
                      numbers_of(here))  # fmt: skip
-    for first in (start, nearby):
-        if first is None:
-            continue
-        there = simulated(plant, here, trial, first, np.zeros((len(first), 0)),
-                          np.zeros(len(here.laws)), 0.0, none)  # fmt: skip
-        v = there.x @ plant.system.rate.T
-        work = np.maximum(np.sum(there.f * v, axis=0), 0.0)
-        dashpots = work / np.maximum(np.sum(v**2, axis=0), 1e-300)
-        options = [None, *(np.outer(dashpots * share, (0.0, 1.0)) for share in SHARES)]
-        if first is not start:
-            assert near is not None
-            options = [near.slopes]
-        for slopes in options:
-            tried = replace(averages, start=first, slopes=slopes)
-            try:
-                filtering = tried.filtering(plant)
-                gain = gains(filtering, noise, missing=trial.missing)
-                trust = trust_in(gain, tried.blur)
-                e, _, _ = deviations(filtering, trial, gain, trust, -first, there, none)
-                value = density(e, trial.y, gain.innovation, tried.blur).value
-            except (ValueError, np.linalg.LinAlgError):
-                continue
-            if value > best:
-                best, found = value, tried
-    return best, found
+
+    def simulation(start: Array) -> Simulation:
+        return simulated(plant, here, trial, start, np.zeros((len(start), 0)),
+                         np.zeros(len(here.laws)), 0.0, none)  # fmt: skip
+
+    def likelihood(of: LawAverages, start: Array, there: Simulation) -> float:
+        try:
+            filtering = of.filtering(plant)
+            gain = gains(filtering, noise, missing=trial.missing)
+            trust = trust_in(gain, of.blur)
+            e, _, _ = deviations(filtering, trial, gain, trust, -start, there, none)
+            value = density(e, trial.y, gain.innovation, of.blur).value
+        except (ValueError, np.linalg.LinAlgError):
+            return -np.inf
+        return value if np.isfinite(value) else -np.inf
+
+    before = replace(averages, slopes=near.slopes)
+    start = estimated_start(here, trial, plant, noise, before, 1, near.start)
+    there = simulation(start)
+    v = there.x @ plant.system.rate.T
+    work = np.maximum(np.sum(there.f * v, axis=0), 0.0)
+    dashpots = work / np.maximum(np.sum(v**2, axis=0), 1e-300)
+    options = (None, *(np.outer(dashpots * share, (0.0, 1.0)) for share in SHARES))
+    tried = [replace(averages, start=start, slopes=slopes) for slopes in options]
+    scored = [(likelihood(of, start, there), of) for of in tried]
+    if near.start is not None:
+        kept = replace(near, blur=averages.blur)
+        if known is None:
+            known = likelihood(kept, near.start, simulation(near.start))
+        scored.append((known, kept))
+    return max(scored, key=lambda pair: pair[0])
 
 
 def _ringing(model: Model, here: Assembly, system: System, trial: Trial) -> Array:

@@ -61,10 +61,11 @@ def estimated_start(
     gain = gains(averages.filtering(plant), known, equivalent=averages.equivalent,
                  missing=first.missing)  # fmt: skip
 
-    def passed(s: Array) -> tuple[float, Array, Array]:
+    def passed(s: Array, sloped: bool = True) -> tuple[float, Array, Array]:
         """Return half the sum of squares, the whitened innovations and their slopes."""
         with np.errstate(all="ignore"):
-            result = run(here, first, plant, gain, x0=root @ s, dx0=root, averages=averages)
+            result = run(here, first, plant, gain, x0=root @ s,
+                         dx0=root if sloped else None, averages=averages)  # fmt: skip
         try:
             part = density(result.e, first.y, result.gains.innovation, averages.blur)
         except ValueError:
@@ -80,17 +81,17 @@ def estimated_start(
     if near is not None and np.all(np.isfinite(near)):
         s = np.asarray(np.linalg.lstsq(root, near, rcond=None)[0], float)
     cost, white, slopes = passed(s)
-    for _ in range(steps):
+    for number in range(steps):
         H = slopes.T @ slopes + np.eye(len(s))
         step = np.linalg.solve(H + damping * np.diag(np.diag(H)), -(slopes.T @ white + s))
-        other = passed(s + step)
-        if not other[0] < cost:
+        other, _, _ = passed(s + step, sloped=False)
+        if not other < cost:
             damping *= 10
             continue
-        gained, s, damping = cost - other[0], s + step, damping / 10
-        cost, white, slopes = other
-        if gained < ENOUGH:
+        gained, s, damping = cost - other, s + step, damping / 10
+        if gained < ENOUGH or number == steps - 1:
             break
+        cost, white, slopes = passed(s)
     return np.asarray(root @ s)
 
 
