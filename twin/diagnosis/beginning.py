@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 
 from twin.diagnosis.candidates import Candidate
 from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.known import RESOLVED
 from twin.estimation.fit import ENOUGH, MOST_STEPS, Fit, fit
 from twin.estimation.likelihood import evaluate
 from twin.estimation.model import Model
+from twin.estimation.passing import LawAverages
 from twin.mechanisms.mechanism import Mechanism
 
 Array = NDArray[np.float64]
@@ -20,6 +22,11 @@ Array = NDArray[np.float64]
 WIDE = 2.0
 """Process noise that a fit begins with where it is far off, in prior deviations: 5 % of the inertia
 forces, so that errors of as much do not end it."""
+
+SHARP = 1e-5
+"""Share of the rate at its port within which a jump that is simulated begins to change its sign: so
+little that a part of a sample passes it. From there a fit widens it where it is wide; from a wide
+one it takes a step for each factor of two or three."""
 
 
 def added(hypothesis: Hypothesis, candidate: Candidate, start: Mechanism) -> Hypothesis:
@@ -63,34 +70,61 @@ def widened(hypothesis: Hypothesis, z: Array) -> Array:
     return np.where(wide, np.maximum(z, WIDE), z)
 
 
+def as_sharp(hypothesis: Hypothesis, z: Array) -> Array:
+    """Return values with laws that jump as sharp as they are seen: simulated, or as estimated."""
+    share = SHARP if hypothesis.simulated else RESOLVED
+    titles = {f"{law.name} {law.place} {law.resolved_by}": law.place for law in hypothesis.laws}
+    out = z.copy()
+    for i, unknown in enumerate(hypothesis.unknowns):
+        if unknown.name in titles:
+            rate = share * hypothesis.around(titles[unknown.name])[2]
+            out[i] = (np.log(rate) - unknown.mean) / unknown.deviation
+    return out
+
+
 def beginnings(hypothesis: Hypothesis, z: Array) -> list[Array]:
-    """Return where a fit may begin: as it is, with wide process noise, with the nominal twin."""
+    """Return where a fit may begin: as it is, with wide process noise, with the nominal twin.
+
+    Where laws that jump are simulated, with wide noise and sharp jumps, too.
+    """
     nominal = z.copy()
     nominal[: len(hypothesis.problem.base_unknowns)] = 0.0
-    return [z, widened(hypothesis, z), widened(hypothesis, nominal)]
+    out = [z, widened(hypothesis, z), widened(hypothesis, nominal)]
+    sharp = as_sharp(hypothesis, out[1])
+    return [*out, sharp] if hypothesis.simulated and not np.array_equal(sharp, out[1]) else out
 
 
-def likeliest(model: Model, options: Sequence[Array]) -> tuple[float, Array]:
-    """Return the values with the greatest log posterior: that, and the values."""
+def likeliest(
+    model: Model, options: Sequence[Array], near: Sequence[LawAverages] | None = None
+) -> tuple[float, Array]:
+    """Return the values with the greatest log posterior: that, and the values.
 
-    def posterior(z: Array) -> float:
+    Args:
+        model: whose values they are.
+        options: values, (p,) each.
+        near: averages of laws at values nearby, where they are known; those of each serve the next.
+    """
+    scored = []
+    for z in options:
+        value = -np.inf
         try:
-            value = evaluate(model, z, derivatives=False).log_likelihood
+            found = evaluate(model, z, derivatives=False, near=near)
         except (ValueError, np.linalg.LinAlgError):
-            return -np.inf
-        return value - 0.5 * float(z @ z) if np.isfinite(value) else -np.inf
-
-    scored = [(posterior(z), z) for z in options]
+            found = None
+        if found is not None and np.isfinite(found.log_likelihood):
+            value = found.log_likelihood - 0.5 * float(z @ z)
+            near = [run.averages for run in found.runs]
+        scored.append((value, z))
     return max(scored, key=lambda pair: pair[0])
 
 
 def attempted(
     model: Model, z: Array, steps: int = MOST_STEPS, hopeless: float = -np.inf,
-    enough: float = ENOUGH,
+    enough: float = ENOUGH, near: Sequence[LawAverages] | None = None,
 ) -> Fit | None:  # fmt: skip
     """Return a fit, None where the model has no likelihood to begin with."""
     try:
-        return fit(model, z, steps, hopeless, enough=enough)
+        return fit(model, z, steps, hopeless, enough=enough, near=near)
     except (ValueError, np.linalg.LinAlgError):
         return None
 

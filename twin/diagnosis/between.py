@@ -72,15 +72,17 @@ def again(hypothesis: Hypothesis, found: Fit, steps: int = FEW) -> tuple[Hypothe
     for others in _groups(hypothesis):
         own = _odds(hypothesis.problem)
         best = hypothesis, found, found.log_evidence - own
-        for problem in others(hypothesis, found.z):
+        for problem in others(hypothesis, found):
             other, odds = replace(hypothesis, problem=problem), _odds(problem)
-            if not steps and likeliest(other, [found.z])[0] - odds <= found.log_posterior - own:
+            near = found.averages
+            rival = found.log_posterior - own + odds
+            if not steps and likeliest(other, [found.z], near)[0] <= rival:
                 continue
-            tried = attempted(other, found.z, max(steps, 1), found.log_posterior + odds - own)
+            tried = attempted(other, found.z, max(steps, 1), rival, near=near)
             if tried is not None and tried.log_evidence - odds > best[2]:
                 best = other, tried, tried.log_evidence - odds
         if best[0] is not hypothesis:
-            hypothesis, found = best[0], fit(best[0], best[1].z)
+            hypothesis, found = best[0], fit(best[0], best[1].z, near=best[1].averages)
     return hypothesis, found
 
 
@@ -89,13 +91,14 @@ def _open(hypothesis: Hypothesis, found: Fit, steps: int) -> bool:
     part = on_a_part(hypothesis)
     if part is None:
         return True
-    own = attempted(part, found.z, steps)
+    own = attempted(part, found.z, steps, near=found.averages)
     if own is None:
         return True
     least = own.log_evidence - _odds(hypothesis.problem)
-    for problem in (problem for others in _groups(part) for problem in others(part, own.z)):
+    for problem in (problem for others in _groups(part) for problem in others(part, own)):
         odds = _odds(problem)
-        tried = attempted(replace(part, problem=problem), own.z, steps, least + odds)
+        tried = attempted(replace(part, problem=problem), own.z, steps, least + odds,
+                          near=own.averages)  # fmt: skip
         if tried is not None and tried.log_evidence - odds > least:
             return True
     return False
@@ -124,7 +127,7 @@ def filter_in_words(hypothesis: Hypothesis) -> tuple[str, ...]:
     return (f"{which} are simulated, and seen through a low-pass {kind}, its edge {edge}",)
 
 
-def _groups(hypothesis: Hypothesis) -> list[Callable[[Hypothesis, Array], list[Problem]]]:
+def _groups(hypothesis: Hypothesis) -> list[Callable[[Hypothesis, Fit], list[Problem]]]:
     """Return what finds other problems: of measured inputs, motors' commands and the filter."""
     problem = hypothesis.problem
     driven = sorted({_driven(problem, name) for name in problem.model.inputs})
@@ -132,7 +135,7 @@ def _groups(hypothesis: Hypothesis) -> list[Callable[[Hypothesis, Array], list[P
     return [*groups, *([_otherwise_filtered] if hypothesis.stirs else [])]
 
 
-def _otherwise_between(hypothesis: Hypothesis, z: Array, driven: bool) -> list[Problem]:
+def _otherwise_between(hypothesis: Hypothesis, found: Fit, driven: bool) -> list[Problem]:
     """Return what else measured inputs, or motors' commands, could do between samples."""
     problem = hypothesis.problem
     several = (
@@ -145,15 +148,15 @@ def _otherwise_between(hypothesis: Hypothesis, z: Array, driven: bool) -> list[P
     return [replace(problem, between=b) for b in several if b != problem.between]
 
 
-def _otherwise_filtered(hypothesis: Hypothesis, z: Array) -> list[Problem]:
+def _otherwise_filtered(hypothesis: Hypothesis, found: Fit) -> list[Problem]:
     """Return with another filter, and with none.
 
-    Filters are many and alike: of those that filter, only the likeliest at values z, (p,).
+    Filters are many and alike: of those that filter, only the likeliest where a fit is.
     """
     problem = hypothesis.problem
     others = [replace(problem, low_pass=f) for f in FILTERS if f != problem.low_pass]
     alike = [replace(hypothesis, problem=p) for p in others if p.low_pass is not None]
-    likely = max(alike, key=lambda h: likeliest(h, [z])[0]).problem
+    likely = max(alike, key=lambda h: likeliest(h, [found.z], found.averages)[0]).problem
     return [likely, *(p for p in others if p.low_pass is None)]
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnosis.beginning import attempted
+from twin.diagnosis.beginning import as_sharp, attempted, likeliest
 from twin.diagnosis.between import again
 from twin.diagnosis.drawing import odds_of
 from twin.diagnosis.hypothesis import Hypothesis
@@ -55,7 +55,8 @@ def explained(h: Hypothesis, z: Array, cost: float, top: Explanation) -> Explana
     fits = []
     for option in seen_otherwise(h):
         try:
-            other, found = again(option, fit(option, z, hopeless=least), steps=0)
+            _, begun = likeliest(option, [z, as_sharp(option, z)])
+            other, found = again(option, fit(option, begun, hopeless=least), steps=0)
         except (ValueError, np.linalg.LinAlgError):
             continue
         if np.isfinite(found.log_evidence):

@@ -145,7 +145,7 @@ class Hypothesis:
             if place in self.smeared:
                 size, quick = self.problem.readings[place], CUT_OFF * self.problem.sampling_hz / 2
             else:
-                size, quick = self._around(place)[0], self.middle_hz
+                size, quick = self.around(place)[0], self.middle_hz
             level = float(np.log(DISCREPANCY_SHARE * max(size, TINY)))
             out.append(Unknown(f"discrepancy {place}", level, DISCREPANCY_DEVIATION, True,
                                level=True))  # fmt: skip
@@ -201,7 +201,7 @@ class Hypothesis:
         for j, law in enumerate(laws):
             bare = law.parted()[0].numbers
             numbers[j, : len(bare)] = bare
-            scales[j] = self._around(law.place)
+            scales[j] = self.around(law.place)
         compiled = tuple(law.compiled for law in laws)
         systems = tuple(plant.system for plant in plants.stepped)
         return Assembly(
@@ -213,7 +213,7 @@ class Hypothesis:
             ringing=self._ringing if plants.own else None,
         )  # fmt: skip
 
-    def _around(self, place: str) -> tuple[float, float, float]:
+    def around(self, place: str) -> tuple[float, float, float]:
         """Return the scales of force, displacement and rate at a law's port."""
         known = self.problem.known_scales
         if known is not None and place in known.by_port:

@@ -55,7 +55,8 @@ def averages_at(
         here: the model at values of its unknowns.
         plants: its sampled systems.
         index: of the recording.
-        near: what they do at values nearby, whose simulations begin where these did.
+        near: what they do at values nearby, whose simulations begin where these did; of a model
+            with other states or laws it tells nothing.
     """
     if not here.laws:
         return LawAverages(blur=here.blurs[index] if here.blurs else None)
@@ -63,6 +64,7 @@ def averages_at(
     if plant.driven is not None:
         blur = _ringing(model, here, plant.system, trial) if model.blurred else None
         known = LawAverages(blur=blur)
+        near = near if near is not None and near.of(plant.system) else None
         value, found = _holding(here, index, plant, known, near, None)
         for _ in range(ROUNDS - 1 if near is None else 0):
             last = value

@@ -7,7 +7,7 @@ squares (Holland and Welsch 1977). A step may lose by what follows; the best pla
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Literal
@@ -38,8 +38,9 @@ deviations: what lies beyond, the slopes here know nothing of."""
 FARTHEST = 8.0
 """Prior deviations beyond which a fit that has not converged ran away: by chance, one in 10^15."""
 
-PATIENCE = 3
-"""Steps in a row that may gain too little, or lose it by the averages that follow them."""
+PATIENCE, WORTH = 3, 0.5
+"""Steps in a row that may together gain less than so much [nat], or lose it by the averages that
+follow them: what Laplace's method itself is off by."""
 
 MOST_STEPS = 25
 """Evaluations with derivatives of a fit at most, unless another number is asked for."""
@@ -60,6 +61,7 @@ class Fit:
         log_posterior: the same with the prior, up to a constant.
         log_evidence: log of the integral of likelihood times prior, by Laplace's method.
         code: how it ended.
+        averages: what the laws do on the average of each recording.
     """
 
     model: Model
@@ -69,6 +71,7 @@ class Fit:
     log_posterior: float
     log_evidence: float
     code: Code
+    averages: tuple[LawAverages, ...] = ()
 
     @property
     def values(self) -> dict[str, float]:
@@ -94,6 +97,7 @@ def fit(
     free: NDArray[np.bool_] | None = None,
     likelihood: Likelihood | None = None,
     enough: float = ENOUGH,
+    near: Sequence[LawAverages] | None = None,
 ) -> Fit:
     """Climb the log posterior by Gauss-Newton steps, damped where they do not climb.
 
@@ -106,6 +110,7 @@ def fit(
         free: which unknowns may move, (p,); all without.
         likelihood: another one of the same unknowns than that of the innovations.
         enough: gain in log posterior [nat] below which a step is not worth another.
+        near: averages of laws at values nearby, where they are known.
 
     Raises:
         ValueError: the model has no likelihood where the fit begins.
@@ -115,11 +120,12 @@ def fit(
     moving = np.ones(p, bool) if free is None else free
     at = partial(evaluate, model, free=free) if likelihood is None else likelihood
     with np.errstate(all="ignore"):
-        here = at(z)
+        here = at(z, True, None, near)
     if not np.all(np.isfinite(here.information)):
         raise ValueError("the model runs away where the fit begins")
     score = here.log_likelihood - 0.5 * float(z @ z)
-    damping, idle = 0.0, 0
+    damping = 0.0
+    gains: tuple[float, ...] = ()
     again = not any(run.averages.start is not None for run in here.runs)
     best = here, score, z
     code: Code = "stopped"
@@ -127,16 +133,16 @@ def fit(
         moved, damping, promise = _climbed(model, at, z, here, score, moving, damping)
         settled = promise < enough
         if not settled:
-            near = [run.averages for run in here.runs]
-            found = None if moved is None else _with_derivatives(at, moved, near)
+            found = None if moved is None else _with_derivatives(at, moved, _averages(here))
             if moved is None or found is None:
                 break
             z = moved
             gained = found.log_likelihood - 0.5 * float(z @ z) - score
             here, score = found, score + gained
-            idle = 0 if score > best[1] + enough else idle + 1
+            gains = (*gains[1 - PATIENCE :], max(score - best[1], 0.0))
             best = (here, score, z) if score > best[1] else best
-            settled = idle == PATIENCE or (abs(gained) < enough and damping == 0.0)
+            tired = len(gains) == PATIENCE and sum(gains) < max(WORTH, enough)
+            settled = tired or (abs(gained) < enough and damping == 0.0)
         if settled:
             code = "converged"
             # averages that were found from those of values nearby, once as if from nowhere
@@ -144,7 +150,7 @@ def fit(
             again = True
             if fresh is None or fresh.log_likelihood <= best[0].log_likelihood + enough:
                 break
-            z, idle, code = best[2], 0, "stopped"
+            z, gains, code = best[2], (), "stopped"
             here, score = fresh, fresh.log_likelihood - 0.5 * float(z @ z)
             best = here, score, z
             continue
@@ -156,8 +162,13 @@ def fit(
         code = "ran away"
     return Fit(
         model, z, np.asarray(np.linalg.inv(H)), here.log_likelihood, score, _evidence(score, H),
-        code,
+        code, tuple(_averages(here)),
     )  # fmt: skip
+
+
+def _averages(here: Value) -> list[LawAverages]:
+    """Return what the laws do on the average of each recording."""
+    return [run.averages for run in here.runs]
 
 
 def _climbed(
@@ -214,13 +225,15 @@ def _climbs(at: Likelihood, z: Array, score: float, here: Value) -> bool:
     try:
         # a step may lead anywhere; where nothing is finite it is not taken
         with np.errstate(all="ignore"):
-            found = at(z, False, [run.averages for run in here.runs])
+            found = at(z, False, _averages(here))
     except (ValueError, np.linalg.LinAlgError):
         return False
     return found.log_likelihood - 0.5 * float(z @ z) > score
 
 
-def _with_derivatives(at: Likelihood, z: Array, near: list[LawAverages] | None) -> Value | None:
+def _with_derivatives(
+    at: Likelihood, z: Array, near: Sequence[LawAverages] | None
+) -> Value | None:
     """Return the model at a place with derivatives, None where it has none."""
     try:
         with np.errstate(all="ignore"):
