@@ -25,7 +25,7 @@ def evidence(problem):
 def test_a_frame_hit_hard_is_itself_where_linear_equations_would_bend_it():
     ready = prepare(Twin.load("two_storey"), hits(20.0)[:1], hits(20.0)[1:])
     assert ready.train.geometry is not None
-    assert evidence(ready.train) > evidence(replace(ready.train, geometry=None)) + 20
+    assert evidence(ready.train) > evidence(replace(ready.train, large=False)) + 20
 
 
 def test_a_frame_hit_gently_needs_no_geometry():
@@ -42,6 +42,6 @@ def test_a_free_run_needs_no_output_to_bend_as_mujoco_does():
     [beside] = predictors(blank, start_of(blank))
     measured = second.matrix(ready.test.model.outputs)
     assert nrmse([measured], [beside.from_rest()]) < 0.013
-    flat = Hypothesis(replace(ready.test, geometry=None))
+    flat = Hypothesis(replace(ready.test, large=False))
     [linear] = predictors(flat, start_of(flat))
     assert nrmse([measured], [linear.from_rest()]) > 0.025

@@ -82,14 +82,19 @@ def as_sharp(hypothesis: Hypothesis, z: Array) -> Array:
     return out
 
 
+def nominal(hypothesis: Hypothesis, z: Array) -> Array:
+    """Return values with masses, stiffnesses and dampings of the nominal twin."""
+    out = z.copy()
+    out[: len(hypothesis.problem.base_unknowns)] = 0.0
+    return out
+
+
 def beginnings(hypothesis: Hypothesis, z: Array) -> list[Array]:
     """Return where a fit may begin: as it is, with wide process noise, with the nominal twin.
 
     Where laws that jump are simulated, with wide noise and sharp jumps, too.
     """
-    nominal = z.copy()
-    nominal[: len(hypothesis.problem.base_unknowns)] = 0.0
-    out = [z, widened(hypothesis, z), widened(hypothesis, nominal)]
+    out = [z, widened(hypothesis, z), widened(hypothesis, nominal(hypothesis, z))]
     sharp = as_sharp(hypothesis, out[1])
     return [*out, sharp] if hypothesis.simulated and not np.array_equal(sharp, out[1]) else out
 

@@ -1,4 +1,4 @@
-"""What the inputs do between samples and what the analyser's filter is, by evidence.
+"""What the inputs do between samples, the analyser's filter and large motion, by evidence.
 
 What one analyser measured is alike between samples; what motors were commanded is another thing (a
 computer holds its output), so the two are asked for apart.
@@ -27,7 +27,8 @@ FEW = 6
 nats where it matters."""
 
 ENOUGH = 3.0
-"""Evidence [nat] for anything but band-limited inputs: the odds of 1 to 20 that analysers are."""
+"""Evidence [nat] for anything but band-limited inputs: the odds of 1 to 20 that analysers are; and
+for a structure that does not move as its model does when it moves far."""
 
 KINDS: dict[Between, str] = {
     "band_limited": "band-limited between the samples",
@@ -59,8 +60,8 @@ def again(hypothesis: Hypothesis, found: Fit, steps: int = FEW) -> tuple[Hypothe
     """Return a fit with other inputs between the samples, or another analyser, if likelier now.
 
     A twin that lacks much takes them for what they are not. Others are fitted from where it is, a
-    few steps each: the inputs that were measured, motors' commands and the analyser's filter in
-    turn.
+    few steps each: the inputs that were measured, motors' commands, large motion and the
+    analyser's filter in turn.
 
     Args:
         hypothesis: what was fitted.
@@ -114,6 +115,16 @@ def in_words(problem: Problem) -> str:
     return "; ".join(f"{who} taken as {KINDS[kind]}" for kind, who in names.items() if who)
 
 
+def motion_in_words(problem: Problem) -> tuple[str, ...]:
+    """Say that large motion is left out; nothing where it is not."""
+    if problem.large:
+        return ()
+    return (
+        "the recordings do not show what large motion adds by the model's kinematics: the "
+        "structure is taken as linear in its geometry",
+    )
+
+
 def filter_in_words(hypothesis: Hypothesis) -> tuple[str, ...]:
     """Say how laws are seen of which samples do not show all; nothing where there are none."""
     if not hypothesis.stirs:
@@ -128,10 +139,14 @@ def filter_in_words(hypothesis: Hypothesis) -> tuple[str, ...]:
 
 
 def _groups(hypothesis: Hypothesis) -> list[Callable[[Hypothesis, Fit], list[Problem]]]:
-    """Return what finds other problems: of measured inputs, motors' commands and the filter."""
+    """Return what finds other problems: of inputs, commands, large motion and the filter."""
     problem = hypothesis.problem
     driven = sorted({_driven(problem, name) for name in problem.model.inputs})
-    groups = [partial(_otherwise_between, driven=d) for d in driven]
+    groups: list[Callable[[Hypothesis, Fit], list[Problem]]] = [
+        partial(_otherwise_between, driven=d) for d in driven
+    ]
+    if problem.kinematics is not None:
+        groups.append(_otherwise_large)
     return [*groups, *([_otherwise_filtered] if hypothesis.stirs else [])]
 
 
@@ -146,6 +161,11 @@ def _otherwise_between(hypothesis: Hypothesis, found: Fit, driven: bool) -> list
         for kind in KINDS
     )
     return [replace(problem, between=b) for b in several if b != problem.between]
+
+
+def _otherwise_large(hypothesis: Hypothesis, found: Fit) -> list[Problem]:
+    """Return without what large motion adds by the model's kinematics, or with it."""
+    return [replace(hypothesis.problem, large=not hypothesis.problem.large)]
 
 
 def _otherwise_filtered(hypothesis: Hypothesis, found: Fit) -> list[Problem]:
@@ -165,5 +185,6 @@ def _driven(problem: Problem, name: str) -> bool:
 
 
 def _odds(problem: Problem) -> float:
-    """Return the log odds against kinds of inputs [nat]."""
-    return ENOUGH * len(set(problem.between) - {"band_limited"})
+    """Return the log odds against kinds of inputs, and a motion that its model does not have."""
+    unlikely = len(set(problem.between) - {"band_limited"})
+    return ENOUGH * (unlikely + (not problem.large))

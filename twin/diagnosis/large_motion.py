@@ -39,7 +39,7 @@ def with_large_motion(twin: Twin, problems: Sequence[Problem]) -> list[Problem]:
             return list(problems)
         pairs = zip(problem.recordings, every, strict=True)
         recordings = tuple(replace(recording, geometric=more) for recording, more in pairs)
-        out.append(replace(problem, recordings=recordings, geometry=geometry))
+        out.append(replace(problem, recordings=recordings, kinematics=geometry))
     return out
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis import drawing
-from twin.diagnosis.between import choose, filter_in_words, in_words
+from twin.diagnosis.between import choose, filter_in_words, in_words, motion_in_words
 from twin.diagnosis.by_simulation import loosened, search_by_simulation
 from twin.diagnosis.comparison import compare
 from twin.diagnosis.detection import detect
@@ -212,7 +212,7 @@ def _notes(ready: Prepared, best: Explanation, judged: Judgement) -> tuple[str, 
     lacking = [f"{f.mechanism.name}: {f.mechanism.mjcf}" for f in judged.findings
                if f.mechanism.mjcf]  # fmt: skip
     drawn = () if problem.told else (drawing.in_words(problem),)
-    inputs = (in_words(problem), *filter_in_words(best.hypothesis))
+    inputs = (in_words(problem), *motion_in_words(problem), *filter_in_words(best.hypothesis))
     return (*ready.notes, *inputs, *drawn, *_shifted(best), *lacking, *judged.notes)
 
 

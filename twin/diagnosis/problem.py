@@ -63,7 +63,8 @@ class Problem:
             simulated: they jump, or stir modes above half the sampling rate; None where these laws
             follow the estimated motion and are seen as they are.
         told: whether the user says the tolerance; if not, it is found from the recordings.
-        geometry: of the model, where large motion is seen in the recordings.
+        kinematics: of the model, where by them large motion would be seen in the recordings.
+        large: whether it is: the structure moves as its model does when it moves far.
     """
 
     model: LinearModel
@@ -77,12 +78,18 @@ class Problem:
     known_scales: Scales | None = None
     low_pass: LowPass | None = LINEAR_PHASE
     told: bool = True
-    geometry: Geometry | None = None
+    kinematics: Geometry | None = None
+    large: bool = True
 
     @property
     def step_s(self) -> float:
         """Sampling interval [s]."""
         return 1 / self.sampling_hz
+
+    @property
+    def geometry(self) -> Geometry | None:
+        """What large motion adds, if it is seen."""
+        return self.kinematics if self.large else None
 
     @property
     def samples(self) -> int:

@@ -68,6 +68,9 @@ def screen(
                        for start, ratio in alike]  # fmt: skip
         elif gain > least:
             promising.setdefault(candidate.label, []).extend(nearest(alike, strength))
+            if 0 < strength < min(abs(ratio) for _, ratio in alike):
+                # less than any first guess is little: all samples tell of it, a part may not
+                scores.append(_scaled(test, candidate, first, gain, strength, shift))
     for candidate in candidates:
         if candidate.label in promising:
             valleys.append(replace(candidate, starts=tuple(promising[candidate.label])))

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis.adjusted import Adjusted
-from twin.diagnosis.beginning import added, beginnings, likeliest, moved_to
+from twin.diagnosis.beginning import added, likeliest, moved_to, nominal
 from twin.diagnosis.candidates import Candidate
 from twin.diagnosis.linearised import Linearised
 from twin.diagnosis.portion import ROUGH, beginning_of
@@ -25,9 +25,9 @@ Array = NDArray[np.float64]
 
 FIRST, LAPS = 3, (2, 3)
 """Steps in each valley: at first of what is added alone, the others adjusted to first order, then
-of all unknowns. Before the first and after each lap the likelier half of a candidate's valleys and
-of the candidates (at first, of the places of each mechanism) goes on (successive halving; Jamieson
-and Talwalkar 2016); the fit that follows takes the rest."""
+of all unknowns. Before the first the likelier half of the places of each mechanism goes on, before
+and after each lap the likelier half of a candidate's valleys (successive halving; Jamieson and
+Talwalkar 2016) and as many candidates as are fitted; the fit that follows takes the rest."""
 
 WIDTH = 6
 """Candidates of the screening that are fitted in a search step; so many are never left behind."""
@@ -76,7 +76,7 @@ def of_valleys(fit: Fit, linear: Linearised, candidates: Sequence[Candidate]) ->
         for start in candidate.starts:
             grown = added(short, candidate, start)
             model, z = linear.beside(grown), moved_to(grown, short, here.z, start)
-            begun = [_begun(adjusted, (-np.inf, b, model), 0) for b in beginnings(grown, z)]
+            begun = [_begun(adjusted, (-np.inf, b, model), 0) for b in (z, nominal(grown, z))]
             runners.append(max(begun, key=lambda runner: runner[0]))
         racing.append((candidate, _likelier(runners)))
     # the others adjusted, where it begins tells already which places of a mechanism are unlikely
@@ -132,11 +132,10 @@ def _halved_by_kind(racing: list[_Race], behind: list[_Race]) -> list[_Race]:
 
 
 def _ahead(racing: list[_Race], behind: list[_Race]) -> list[_Race]:
-    """Return the half of the candidates that goes on; the rest is put behind."""
+    """Return the candidates that go on, of which as many are fitted; the rest is put behind."""
     racing = sorted(racing, key=lambda race: -race[1][0][0])
-    ahead = max((len(racing) + 1) // 2, WIDTH)
-    behind += racing[ahead:]
-    return racing[:ahead]
+    behind += racing[WIDTH:]
+    return racing[:WIDTH]
 
 
 def _likelier(runners: list[_Runner]) -> list[_Runner]:

@@ -231,9 +231,7 @@ def _climbs(at: Likelihood, z: Array, score: float, here: Value) -> bool:
     return found.log_likelihood - 0.5 * float(z @ z) > score
 
 
-def _with_derivatives(
-    at: Likelihood, z: Array, near: Sequence[LawAverages] | None
-) -> Value | None:
+def _with_derivatives(at: Likelihood, z: Array, near: Sequence[LawAverages] | None) -> Value | None:
     """Return the model at a place with derivatives, None where it has none."""
     try:
         with np.errstate(all="ignore"):
