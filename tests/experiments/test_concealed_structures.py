@@ -81,6 +81,15 @@ def test_a_soft_ground_is_a_ground_that_slides():
     np.testing.assert_allclose(built.modes()[0] ** 2, np.sort(squares), rtol=1e-6)
 
 
+def test_a_table_drags_all_that_stands_on_a_soft_ground():
+    base = Mechanism("base_compliance", "ground.y", (("stiffness", 3e4), ("damping", 40.0)))
+    built = changed(frame(PORTAL, {}), [base])
+    steady = np.linalg.solve(built.stiffness, -built.shaken["y"].coupling * 2.0)
+    assert steady[-1] == pytest.approx(-built.shaken["y"].mass * 2.0 / 3e4)
+    still = np.linalg.solve(built.mass, built.shaken["y"].coupling)
+    np.testing.assert_allclose(still, np.eye(built.size)[-1], atol=1e-9)
+
+
 def test_the_integrator_is_that_of_the_matrix_exponential():
     built = frame(PORTAL, {})
     n = built.size

@@ -182,6 +182,8 @@ class Structure:
             drives={k: moved(p) for k, p in wide.drives.items()},
             sensors={k: replace(s, acc=s.acc + s.ground.get(axis, 0.0) * own)
                      for k, s in wide.sensors.items()},
+            shaken={**wide.shaken,
+                    axis: replace(shaking, coupling=shaking.coupling + shaking.mass * own)},
         )  # fmt: skip
 
 
