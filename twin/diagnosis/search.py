@@ -22,7 +22,7 @@ from twin.diagnosis.predict import predictors
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.screening import screen
 from twin.diagnosis.sizes import forces, negligible
-from twin.diagnosis.valleys import WIDTH, Score
+from twin.diagnosis.valleys import WIDTH, Score, first_of_each
 from twin.estimation.fit import fit
 from twin.estimation.likelihood import evaluate
 from twin.estimation.passing import Run
@@ -98,7 +98,9 @@ def search(
         cost = float(np.log(max(len(candidates), 2)))
         scores = screen(best.fit, here, candidates, moved)
         screened.append(tuple(scores))
-        moves = [[s] for s in scores if s.gain > cost][:WIDTH] + _families(here, scores, cost)
+        worth = [s for s in scores if s.gain > cost]
+        first = first_of_each([s.candidate.label[0] for s in worth])[:WIDTH]
+        moves = [[worth[i]] for i in first] + _families(here, scores, cost)
         fits = _fitted(here, best, moves, cost, lambda what, step=step: tell(  # type: ignore[misc]
             f"search step {step}: {what}"))  # fmt: skip
         for explanation in fits:

@@ -29,8 +29,9 @@ of all unknowns. Before the first the likelier half of the places of each mechan
 and after each lap the likelier half of a candidate's valleys (successive halving; Jamieson and
 Talwalkar 2016) and as many candidates as are fitted; the fit that follows takes the rest."""
 
-WIDTH = 6
-"""Candidates of the screening that are fitted in a search step; so many are never left behind."""
+WIDTH, ALIKE = 6, 3
+"""Candidates of the screening that are fitted in a search step, and how many of them may be one
+mechanism at several places: where it is not, it is likely in many."""
 
 _Runner = tuple[float, Array, Linearised]
 """Log posterior, values, and what has them."""
@@ -103,7 +104,9 @@ def of_valleys(fit: Fit, linear: Linearised, candidates: Sequence[Candidate]) ->
         # how much of it the other samples hold, only they can say: a blow is over in seconds
         mechanism = model.at(z)[-1]
         whole = added(hypothesis, candidate, mechanism)
-        posterior, _ = likeliest(whole, [z, moved_to(whole, hypothesis, fit.z, mechanism)])
+        alone = moved_to(whole, hypothesis, fit.z, mechanism)
+        levels = np.array([u.role == "noise" for u in whole.unknowns])
+        posterior, _ = likeliest(whole, [z, alone, np.where(levels, alone, z)])
         gain = posterior - fit.log_posterior
         scores.append(Score(candidate, mechanism, max(gain, 0.0), shift))
     return scores
@@ -134,8 +137,15 @@ def _halved_by_kind(racing: list[_Race], behind: list[_Race]) -> list[_Race]:
 def _ahead(racing: list[_Race], behind: list[_Race]) -> list[_Race]:
     """Return the candidates that go on, of which as many are fitted; the rest is put behind."""
     racing = sorted(racing, key=lambda race: -race[1][0][0])
-    behind += racing[WIDTH:]
-    return racing[:WIDTH]
+    names = [candidate.label[0] for candidate, _ in racing]
+    ahead = first_of_each(names)[:WIDTH]
+    behind += [race for i, race in enumerate(racing) if i not in ahead]
+    return [racing[i] for i in ahead]
+
+
+def first_of_each(names: Sequence[str]) -> list[int]:
+    """Return where the first ``ALIKE`` of each name stand, in their order."""
+    return [i for i, name in enumerate(names) if names[:i].count(name) < ALIKE]
 
 
 def _likelier(runners: list[_Runner]) -> list[_Runner]:
