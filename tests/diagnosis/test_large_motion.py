@@ -2,13 +2,18 @@
 
 from dataclasses import replace
 
+import numpy as np
+
 from twin import hammer_test
 from twin.diagnosis.beginning import start_of
+from twin.diagnosis.between import choose, motion_in_words
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.predict import nrmse, predictors
 from twin.diagnosis.prepare import prepare
 from twin.estimation.fit import fit
 from twin.model import Twin
+from twin.model.free_run import free_run
+from twin.recording import Recording
 
 
 def hits(peak):
@@ -45,3 +50,26 @@ def test_a_free_run_needs_no_output_to_bend_as_mujoco_does():
     flat = Hypothesis(replace(ready.test, large=False))
     [linear] = predictors(flat, start_of(flat))
     assert nrmse([measured], [linear.from_rest()]) > 0.025
+
+
+def linear(recording):
+    """What a structure of the same masses and springs does that moves on straight lines, noisy."""
+    model = prepare(Twin.load("two_storey"), [recording], hits(20.0)[1:]).train.model
+    u = recording.matrix(model.inputs)
+    y = free_run(model, u, recording.sampling_hz)
+    noise = 0.003 * np.std(y) * np.random.default_rng(1).standard_normal(y.shape)
+    columns = dict(zip((*model.inputs, *model.outputs), np.hstack([u, y + noise]).T, strict=True))
+    return Recording.build(recording.sampling_hz, columns, "linear.csv")
+
+
+def test_a_structure_that_moves_far_on_straight_lines_is_taken_as_it_moves():
+    first, second = hits(20.0)
+    problem = prepare(Twin.load("two_storey"), [linear(first)], [second]).train
+    assert problem.geometry is not None
+    chosen, _ = choose(problem)
+    assert chosen.geometry is None
+    assert motion_in_words(problem) == ()
+    assert "linear in its geometry" in motion_in_words(chosen)[0]
+    kept, _ = choose(prepare(Twin.load("two_storey"), [first], [second]).train)
+    assert kept.geometry is not None
+    assert motion_in_words(kept) == ()

@@ -1,0 +1,74 @@
+"""Where fits begin, and what one knows from another nearby."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from diagnosis_support import lumped, recorded
+
+from twin.diagnosis.beginning import SHARP, as_sharp, beginnings, likeliest, start_of
+from twin.diagnosis.candidates import priors_of
+from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.known import RESOLVED
+from twin.diagnosis.prepare import prepare
+from twin.diagnosis.scales import Scales
+from twin.diagnosis.valleys import ALIKE, first_of_each
+from twin.estimation.likelihood import evaluate
+from twin.mechanisms.coulomb_friction import CoulombFriction
+from twin.mechanisms.cubic_stiffness import CubicStiffness
+
+RATE = 0.05
+
+
+@pytest.fixture(scope="module")
+def rubbing():
+    law = CoulombFriction("storey2", 0.1, 1e-3)
+    twin = lumped().including(CoulombFriction("storey2", 0.1))
+    problem = prepare(lumped(), [recorded(twin, 1)], [recorded(twin, 2)]).train
+    return Hypothesis(problem, (law,), (priors_of([law]),), Scales({"storey2": (1.0, 1e-3, RATE)}))
+
+
+def width(h, z):
+    return h.at(z)[0].values["regular_rate"]
+
+
+def test_a_jump_begins_as_sharp_as_it_is_seen(rubbing):
+    z = start_of(rubbing)
+    assert rubbing.simulated
+    assert width(rubbing, as_sharp(rubbing, z)) == pytest.approx(SHARP * RATE)
+    followed = replace(rubbing, problem=replace(rubbing.problem, low_pass=None))
+    assert width(followed, as_sharp(followed, z)) == pytest.approx(RESOLVED * RATE)
+    assert [width(rubbing, b) for b in beginnings(rubbing, z)][-1] == pytest.approx(SHARP * RATE)
+    assert len(beginnings(followed, z)) == 3
+
+
+def test_a_law_without_jumps_begins_as_it_is(rubbing):
+    spring = CubicStiffness("storey2", 1e5)
+    smooth = replace(rubbing, mechanisms=(spring,), priors=(priors_of([spring]),))
+    z = start_of(smooth)
+    np.testing.assert_array_equal(as_sharp(smooth, z), z)
+    assert len(beginnings(smooth, z)) == 3
+
+
+def test_what_is_known_nearby_is_no_worse_than_what_is_found_anew(rubbing):
+    z = start_of(rubbing)
+    there = [run.averages for run in evaluate(rubbing, z, derivatives=False).runs]
+    near = z + 1e-6
+    anew, _ = likeliest(rubbing, [near])
+    known, _ = likeliest(rubbing, [near], there)
+    assert known > anew - 0.5
+
+
+def test_averages_of_other_states_or_laws_are_not_taken_over(rubbing):
+    run = evaluate(rubbing, start_of(rubbing), derivatives=False).runs[0]
+    system = run.sampled.system
+    assert run.averages.of(system)
+    assert not run.averages.of(replace(system, A=np.eye(len(system.A) + 1)))
+    assert not replace(run.averages, start=None).of(system)
+    two = replace(run.averages, slopes=np.zeros((2, 2)))
+    assert not two.of(system)
+
+
+def test_no_more_than_so_many_places_of_one_mechanism_go_first():
+    names = ["force"] * (ALIKE + 2) + ["mass", "force", "gain"]
+    assert first_of_each(names) == [*range(ALIKE), ALIKE + 2, ALIKE + 4]
