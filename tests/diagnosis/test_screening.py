@@ -1,11 +1,13 @@
 """The shortlist: what is screened once, what is raced, and what several channels have at once."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from diagnosis_support import lumped, recorded, rng, tones
 
 from twin.diagnosis.beginning import added, moved_to, start_of
-from twin.diagnosis.candidates import Candidate, motions, priors_of
+from twin.diagnosis.candidates import Candidate, motions, priors_of, scales_of, surroundings
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.linearised import Linearised
 from twin.diagnosis.pipeline import diagnose
@@ -115,3 +117,27 @@ def test_an_effect_far_weaker_than_the_first_guess_is_promising():
     )
     assert score.gain > 20
     assert score.start.stiffness == pytest.approx(2e4, rel=0.3)
+
+
+def test_a_light_appendage_is_heard_in_all_samples_at_its_own_frequency():
+    hung = lumped().including(Appendage("floor2", 1.5e-3, 3.1, 0.015))
+    problem = prepare(lumped(), [recorded(hung, 1, seconds=40.0)], [recorded(hung, 2)]).train
+    blank = Hypothesis(problem)
+    fitted = fit(blank, start_of(blank))
+    found = candidates_of(problem, blank, fitted)
+    first = screen(fitted, *found)[0]
+    assert first.candidate.label == ("appendage", "floor2")
+    assert first.start.frequency == pytest.approx(3.1, rel=0.03)
+    assert first.start.mass == pytest.approx(1.5e-3, rel=0.5)
+
+
+def candidates_of(problem, blank, fitted):
+    """The appendages at both floors, beside the fit."""
+    moved = motions(problem, blank, fitted.z)
+    around = {place: surroundings(problem, moved, place) for place in ("floor1", "floor2")}
+    starts = [Appendage.starts(place, around[place]) for place in around]
+    return (
+        replace(blank, scales=scales_of(problem, moved)),
+        [Candidate(s, priors_of(s)) for s in starts],
+        moved,
+    )

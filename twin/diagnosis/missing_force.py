@@ -31,7 +31,7 @@ def needed(problem: Problem, z: Array, trial: int, motion: Motion) -> Array:
     )
     recording = problem.recordings[trial]
     known = recording.u @ model.B.T
-    if recording.geometric is not None:
+    if problem.geometry is not None and recording.geometric is not None:
         known = known + recording.geometric.forces
     return np.asarray(force - known)
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,11 +20,15 @@ from twin.diagnosis.response import respond
 from twin.diagnosis.score_test import ScoreTest
 from twin.diagnosis.valleys import Score, of_valleys
 from twin.estimation.fit import Fit
-from twin.mechanisms.mechanism import Disturbance, Law, Mechanism
+from twin.mechanisms.mechanism import Disturbance, Law, Mechanism, StructuralChange
 
 Array = NDArray[np.float64]
 _Direction = tuple[Candidate, Mechanism, list[tuple[Mechanism, float]]]
 """A candidate, a first guess, and those that are only stronger, with their strengths."""
+
+BEYOND, SPACED = 2.0, 0.03
+"""How far beyond the natural frequencies light resonances are looked for, and the steps of the
+logarithm between them: a resonance with 2 % of damping is 4 % wide."""
 
 REACH = 50.0
 """Greatest strength, as a multiple of a first guess, that a fit may start from: what is so much
@@ -36,7 +41,7 @@ def screen(
     """Return the best first guess of every candidate, the most promising first."""
     test = ScoreTest(hypothesis, fit)
     laws = [(c, s) for c in candidates for s in c.starts if isinstance(s, Law)]
-    scores = _of_laws(test, laws, moved)
+    scores = _of_laws(test, laws, moved) + _of_reactions(test, candidates, moved)
     least = float(np.log(max(len(candidates), 2)))
     directions, valleys, shifting = list[_Direction](), list[Candidate](), list[Candidate]()
     for candidate in candidates:
@@ -68,9 +73,6 @@ def screen(
                        for start, ratio in alike]  # fmt: skip
         elif gain > least:
             promising.setdefault(candidate.label, []).extend(nearest(alike, strength))
-            if 0 < strength < min(abs(ratio) for _, ratio in alike):
-                # less than any first guess is little: all samples tell of it, a part may not
-                scores.append(_scaled(test, candidate, first, gain, strength, shift))
     for candidate in candidates:
         if candidate.label in promising:
             valleys.append(replace(candidate, starts=tuple(promising[candidate.label])))
@@ -116,6 +118,51 @@ def _of_laws(
         _scaled(test, c, s, float(g), float(a), d)
         for (c, s), g, a, d in zip(pairs, gains, strengths, shifts.T, strict=True)
     ]
+
+
+def _of_reactions(
+    test: ScoreTest, candidates: Sequence[Candidate], moved: Sequence[Motion]
+) -> list[Score]:
+    """Return what hangs on the structure and is so light that it only pulls, at all frequencies.
+
+    All samples tell of it at once; a part of them, as short fits see, may not.
+    """
+    problem = test.hypothesis.problem
+    inside = problem.frequencies[problem.frequencies > 0]
+    inside = inside[inside < problem.sampling_hz / 2]
+    if not len(inside):
+        return []
+    low, high = inside[0] / BEYOND, min(inside[-1] * BEYOND, problem.sampling_hz / 2)
+    grid = np.geomspace(low, high, int(np.log(high / low) / SPACED) + 2)[:-1]
+    pairs = [
+        (c, light)
+        for c in candidates
+        if isinstance(c.starts[0], StructuralChange) and c.label[1] in problem.model.ports
+        for light in c.starts[0].light(grid.tolist())
+    ]
+    if not pairs:
+        return []
+    step_s = problem.step_s
+    rows = np.array([problem.model.port(light.place) for _, light in pairs])
+
+    @cache
+    def acceleration(index: int) -> Array:
+        return moved[index].acceleration(step_s)
+
+    def changes(index: int, some: slice) -> Array:
+        along = acceleration(index) @ rows[some].T
+        forces = [
+            light.reaction(a, step_s) for (_, light), a in zip(pairs[some], along.T, strict=True)
+        ]
+        return respond(test.runs[index], test.hypothesis, rows[some], np.column_stack(forces))
+
+    gains, strengths, shifts = test.of_changes(changes, len(pairs))
+    best = dict[tuple[str, str], int]()
+    for k, (candidate, _) in enumerate(pairs):
+        if strengths[k] > 0 and gains[k] >= gains[best.get(candidate.label, k)]:
+            best[candidate.label] = k
+    return [_scaled(test, *pairs[k], float(gains[k]), float(strengths[k]), shifts[:, k])
+            for k in best.values()]  # fmt: skip
 
 
 def _scaled(

@@ -108,9 +108,7 @@ def search(
         better = [e for e in fits if e.log_odds > best.log_odds]
         trifling = False
         if better:
-            # what is a trifle beside the others may stand in for what is none
-            best = next((e for e in better if not _ends_in_a_trifle(e)), better[0])
-            best = from_prior_noise(best)
+            best = from_prior_noise(_no_trifle(better))
             best = without_needless(best, cost, tried)
             hypothesis, found = at_its_tolerance(*again(best.hypothesis, best.fit))
             gained = odds_of(hypothesis, found) - odds_of(best.hypothesis, best.fit)
@@ -173,6 +171,17 @@ def _without_names(
             _keep(tried, found)
             best = max(best, found, key=lambda e: e.log_odds)
     return best
+
+
+def _no_trifle(better: Sequence[Explanation]) -> Explanation:
+    """Return the likeliest; where it ends in a trifle, the next one that says more of the structure.
+
+    A trifle may stand in for more.
+    """
+    if not _ends_in_a_trifle(better[0]):
+        return better[0]
+    structural = (e for e in better if not isinstance(e.hypothesis.mechanisms[-1], ChannelFault))
+    return next((e for e in structural if not _ends_in_a_trifle(e)), better[0])
 
 
 def _ends_in_a_trifle(best: Explanation) -> bool:

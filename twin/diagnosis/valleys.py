@@ -34,7 +34,7 @@ WIDTH, ALIKE = 6, 3
 mechanism at several places: where it is not, it is likely in many."""
 
 _Runner = tuple[float, Array, Linearised]
-"""Log posterior, values, and what has them."""
+"""Rise of the log posterior beside the part of the samples, values, and what has them."""
 
 _Race = tuple[Candidate, list[_Runner]]
 
@@ -68,7 +68,7 @@ def of_valleys(fit: Fit, linear: Linearised, candidates: Sequence[Candidate]) ->
         return []
     hypothesis = linear.hypothesis
     short = beginning_of(hypothesis)
-    here = climb(linear.beside(short), fit.z, most=2, free=linear.free)
+    here = climb(linear.beside(short), fit.z, free=linear.free)
     known = {u.name: z for u, z in zip(hypothesis.unknowns, fit.z, strict=True)}
     adjusted = Adjusted(linear.beside(short), here)
     racing: list[_Race] = []
@@ -87,27 +87,30 @@ def of_valleys(fit: Fit, linear: Linearised, candidates: Sequence[Candidate]) ->
         (c, _likelier([_begun(adjusted, r, FIRST) for r in runners])) for c, runners in racing
     ]
     # what gains no more on this part than a step has to is as far as it gets
-    least = adjusted.log_posterior + ROUGH
-    behind += [(c, runners) for c, runners in racing if not runners[0][0] > least]
-    racing = _ahead([(c, runners) for c, runners in racing if runners[0][0] > least], behind)
+    behind += [(c, runners) for c, runners in racing if not runners[0][0] > ROUGH]
+    racing = _ahead([(c, runners) for c, runners in racing if runners[0][0] > ROUGH], behind)
     for steps in LAPS:
-        racing = [(c, _likelier([_further(*r, steps) for r in runners])) for c, runners in racing]
+        racing = [
+            (c, _likelier([_further(here.log_posterior, r, steps) for r in runners]))
+            for c, runners in racing
+        ]
         racing = _ahead(racing, behind)
     scores = []
     for candidate, runners in racing + behind:
-        _, z, model = runners[0]
+        told, z, model = runners[0]
         shift = {
             u.name: float(x) - known[u.name]
             for u, x in zip(model.unknowns, z, strict=True)
             if u.role != "noise" and u.name in known
         }
-        # how much of it the other samples hold, only they can say: a blow is over in seconds
+        # how much of it the other samples hold, only they can say: a blow is over in seconds; but
+        # on the average no more samples make what is added less likely
         mechanism = model.at(z)[-1]
         whole = added(hypothesis, candidate, mechanism)
         alone = moved_to(whole, hypothesis, fit.z, mechanism)
         levels = np.array([u.role == "noise" for u in whole.unknowns])
         posterior, _ = likeliest(whole, [z, alone, np.where(levels, alone, z)])
-        gain = posterior - fit.log_posterior
+        gain = max(posterior - fit.log_posterior, told)
         scores.append(Score(candidate, mechanism, max(gain, 0.0), shift))
     return scores
 
@@ -119,7 +122,7 @@ def _begun(adjusted: Adjusted, runner: _Runner, steps: int) -> _Runner:
         value, moved = adjusted.steps(model, z, steps)
     except (ValueError, np.linalg.LinAlgError):
         return -np.inf, z, model
-    return value, moved if steps else z, model
+    return value - adjusted.log_posterior, moved if steps else z, model
 
 
 def _halved_by_kind(racing: list[_Race], behind: list[_Race]) -> list[_Race]:
@@ -153,10 +156,11 @@ def _likelier(runners: list[_Runner]) -> list[_Runner]:
     return sorted(runners, key=lambda r: -r[0])[: (len(runners) + 1) // 2]
 
 
-def _further(posterior: float, z: Array, model: Linearised, steps: int) -> _Runner:
-    """Return where so many steps lead."""
+def _further(without: float, runner: _Runner, steps: int) -> _Runner:
+    """Return where so many steps lead from a runner; the log posterior without it is known."""
+    _, z, model = runner
     try:
         found = climb(model, z, most=steps, free=model.free)
     except (ValueError, np.linalg.LinAlgError):
-        return posterior, z, model
-    return found.log_posterior, found.z, model
+        return runner
+    return found.log_posterior - without, found.z, model

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
+from scipy import signal
 
 from twin.mechanisms.edits import Line
 from twin.mechanisms.mechanism import Model, StructuralChange, Surroundings
@@ -18,6 +20,9 @@ Array = NDArray[np.float64]
 
 LITTLE = 1e-4
 """Share of its inertia that a body has in motions that are of no account."""
+
+NARROW = 0.02
+"""Damping ratio of light ones that are looked for at all frequencies: of steel with a cable."""
 
 
 @dataclass(frozen=True)
@@ -60,6 +65,19 @@ class Appendage(StructuralChange):
         """Return the model with one more coordinate, the last."""
         label = f"{self.name}_{self.place}"
         return model.hanging(label, self.place, self.mass, self.damping, self.stiffness)
+
+    def light(self, frequencies: Sequence[float]) -> tuple[Self, ...]:
+        """Return it with a fiftieth of its mass and narrow resonances at frequencies [Hz]."""
+        return tuple(replace(self, mass=self.mass / 50, frequency=f, damping_ratio=NARROW)
+                     for f in frequencies)  # fmt: skip
+
+    def reaction(self, acceleration: Array, step_s: float) -> Array:
+        """Return m (2 z w s + w^2) / (s^2 + 2 z w s + w^2) of its support's acceleration [N]."""
+        w = 2 * np.pi * self.frequency
+        below = [1.0, 2 * self.damping_ratio * w, w**2]
+        b, a, _ = signal.cont2discrete(([self.mass * x for x in below[1:]], below), step_s,
+                                       "bilinear")  # fmt: skip
+        return np.asarray(signal.lfilter(np.ravel(b), a, acceleration))
 
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Add a body that moves in the world, held to the port by a tendon.

@@ -15,7 +15,7 @@ faults leave the motion alone and change what is recorded of it. Parameter value
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar, Literal, Self, TypeVar
 
@@ -144,6 +144,14 @@ class StructuralChange(Mechanism):
         Raises:
             ModelError: the model has no such place.
         """
+
+    def light(self, frequencies: Sequence[float]) -> tuple[Self, ...]:
+        """Return it so light that it only pulls, tuned to frequencies [Hz]; none if it does not."""
+        return ()
+
+    def reaction(self, acceleration: Array, step_s: float) -> Array:
+        """Return its force against the acceleration of its place, both (samples,) [N, m/s^2]."""
+        return np.zeros_like(acceleration)
 
 
 @dataclass(frozen=True)
