@@ -174,7 +174,7 @@ def _without_names(
 
 
 def _no_trifle(better: Sequence[Explanation]) -> Explanation:
-    """Return the likeliest; where it ends in a trifle, the next one that says more of the structure.
+    """Return the likeliest, or the next one that says more of the structure than a trifle.
 
     A trifle may stand in for more.
     """

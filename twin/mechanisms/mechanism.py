@@ -257,11 +257,7 @@ class ChannelFault(Mechanism):
         """
 
     def instrument(self, rms: float) -> Instrument | None:
-        """Return it as a linear system from its channels' quantities to their readings, if it is.
-
-        Args:
-            rms: of the reading, the scale of the instrument's states before the first sample.
-        """
+        """Return it as a linear system from quantities to readings, whose RMS is known, if it is."""
         return None
 
     def spoiled(self, reading: Array) -> NDArray[np.bool_]:
