@@ -59,12 +59,11 @@ class Problem:
         known: mechanisms that the model itself holds, part of every hypothesis: their values are
             as uncertain as dampings, and no more exact a law than any.
         known_scales: of force, displacement and rate at their ports.
-        low_pass: the analyser's filter, through which outputs show the forces of laws that are
-            simulated: they jump, or stir modes above half the sampling rate; None where these laws
-            follow the estimated motion and are seen as they are.
+        low_pass: the analyser's filter, through which outputs show laws that are simulated: those
+            that jump, or stir modes above half the sampling rate; None where they follow the motion.
         told: whether the user says the tolerance; if not, it is found from the recordings.
-        kinematics: of the model, where by them large motion would be seen in the recordings.
-        large: whether it is: the structure moves as its model does when it moves far.
+        kinematics: of the model, where large motion would be seen in the recordings.
+        large: whether it is seen: the structure moves as its model does when it moves far.
     """
 
     model: LinearModel
@@ -103,7 +102,7 @@ class Problem:
 
     @property
     def cornered(self) -> NDArray[np.bool_]:
-        """Which inputs have corners at the samples: all that are not band-limited, (r,)."""
+        """Which inputs have corners at the samples: all but band-limited ones, (r,)."""
         return np.array([kind != "band_limited" for kind in self.between])
 
     @cached_property

@@ -257,7 +257,7 @@ class ChannelFault(Mechanism):
         """
 
     def instrument(self, rms: float) -> Instrument | None:
-        """Return it as a linear system from quantities to readings, whose RMS is known, if it is."""
+        """Return it as a linear system from quantities to readings of a known RMS, if it is."""
         return None
 
     def spoiled(self, reading: Array) -> NDArray[np.bool_]:
