@@ -60,7 +60,7 @@ class Problem:
             as uncertain as dampings, and no more exact a law than any.
         known_scales: of force, displacement and rate at their ports.
         low_pass: the analyser's filter, through which outputs show laws that are simulated: those
-            that jump, or stir modes above half the sampling rate; None where they follow the motion.
+            that jump, or stir modes above half the sampling rate; None where they follow motion.
         told: whether the user says the tolerance; if not, it is found from the recordings.
         kinematics: of the model, where large motion would be seen in the recordings.
         large: whether it is seen: the structure moves as its model does when it moves far.

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +15,7 @@ from twin.diagnosis.candidates import Candidate
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.missing_force import along_motion
 from twin.diagnosis.motion import Motion
+from twin.diagnosis.pull import pull_of
 from twin.diagnosis.response import respond
 from twin.diagnosis.score_test import ScoreTest
 from twin.diagnosis.valleys import Score, of_valleys
@@ -41,7 +41,7 @@ def screen(
     """Return the best first guess of every candidate, the most promising first."""
     test = ScoreTest(hypothesis, fit)
     laws = [(c, s) for c in candidates for s in c.starts if isinstance(s, Law)]
-    scores = _of_laws(test, laws, moved) + _of_reactions(test, candidates, moved)
+    scores = _of_laws(test, laws, moved) + _of_pulls(test, candidates, moved)
     least = float(np.log(max(len(candidates), 2)))
     directions, valleys, shifting = list[_Direction](), list[Candidate](), list[Candidate]()
     for candidate in candidates:
@@ -120,49 +120,40 @@ def _of_laws(
     ]
 
 
-def _of_reactions(
+def _of_pulls(
     test: ScoreTest, candidates: Sequence[Candidate], moved: Sequence[Motion]
 ) -> list[Score]:
-    """Return what hangs on the structure and is so light that it only pulls, at all frequencies.
-
-    All samples tell of it at once; a part of them, as short fits see, may not.
-    """
+    """Return what has a resonance of its own and is weak, at all frequencies."""
     problem = test.hypothesis.problem
     inside = problem.frequencies[problem.frequencies > 0]
     inside = inside[inside < problem.sampling_hz / 2]
     if not len(inside):
         return []
     low, high = inside[0] / BEYOND, min(inside[-1] * BEYOND, problem.sampling_hz / 2)
-    grid = np.geomspace(low, high, int(np.log(high / low) / SPACED) + 2)[:-1]
-    pairs = [
-        (c, light)
-        for c in candidates
-        if isinstance(c.starts[0], StructuralChange) and c.label[1] in problem.model.ports
-        for light in c.starts[0].light(grid.tolist())
-    ]
+    grid = np.geomspace(low, high, int(np.log(high / low) / SPACED) + 2)[:-1].tolist()
+    changes = [(c, c.starts[0]) for c in candidates if isinstance(c.starts[0], StructuralChange)]
+    pairs = [(c, light) for c, start in changes for light in start.light(grid)]
     if not pairs:
         return []
-    step_s = problem.step_s
-    rows = np.array([problem.model.port(light.place) for _, light in pairs])
+    model = problem.base(test.fit.z[: len(problem.base_unknowns)])
 
-    @cache
-    def acceleration(index: int) -> Array:
-        return moved[index].acceleration(step_s)
+    def responses(index: int, some: slice) -> Array:
+        u = problem.recordings[index].u
+        pulls = [pull_of(c, model, moved[index], u, problem.step_s) for _, c in pairs[some]]
+        rows, forces = np.array([p.row for p in pulls]), np.column_stack([p.force for p in pulls])
+        readings = np.stack([p.readings for p in pulls], axis=-1)
+        seen = readings if np.any(readings) else None
+        return respond(test.runs[index], test.hypothesis, rows, forces, seen)
 
-    def changes(index: int, some: slice) -> Array:
-        along = acceleration(index) @ rows[some].T
-        forces = [
-            light.reaction(a, step_s) for (_, light), a in zip(pairs[some], along.T, strict=True)
-        ]
-        return respond(test.runs[index], test.hypothesis, rows[some], np.column_stack(forces))
-
-    gains, strengths, shifts = test.of_changes(changes, len(pairs))
+    gains, strengths, shifts = test.of_changes(responses, len(pairs))
     best = dict[tuple[str, str], int]()
     for k, (candidate, _) in enumerate(pairs):
         if strengths[k] > 0 and gains[k] >= gains[best.get(candidate.label, k)]:
             best[candidate.label] = k
-    return [_scaled(test, *pairs[k], float(gains[k]), float(strengths[k]), shifts[:, k])
-            for k in best.values()]  # fmt: skip
+    return [
+        _scaled(test, *pairs[k], float(gains[k]), float(strengths[k]), shifts[:, k])
+        for k in best.values()
+    ]
 
 
 def _scaled(

@@ -9,7 +9,6 @@ from typing import ClassVar, Self
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
 
 from twin.mechanisms.edits import Line
 from twin.mechanisms.mechanism import Model, StructuralChange, Surroundings
@@ -70,14 +69,6 @@ class Appendage(StructuralChange):
         """Return it with a fiftieth of its mass and narrow resonances at frequencies [Hz]."""
         return tuple(replace(self, mass=self.mass / 50, frequency=f, damping_ratio=NARROW)
                      for f in frequencies)  # fmt: skip
-
-    def reaction(self, acceleration: Array, step_s: float) -> Array:
-        """Return m (2 z w s + w^2) / (s^2 + 2 z w s + w^2) of its support's acceleration [N]."""
-        w = 2 * np.pi * self.frequency
-        below = [1.0, 2 * self.damping_ratio * w, w**2]
-        b, a, _ = signal.cont2discrete(([self.mass * x for x in below[1:]], below), step_s,
-                                       "bilinear")  # fmt: skip
-        return np.asarray(signal.lfilter(np.ravel(b), a, acceleration))
 
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Add a body that moves in the world, held to the port by a tendon.

@@ -146,12 +146,11 @@ class StructuralChange(Mechanism):
         """
 
     def light(self, frequencies: Sequence[float]) -> tuple[Self, ...]:
-        """Return it so light that it only pulls, tuned to frequencies [Hz]; none if it does not."""
-        return ()
+        """Return it so weak that the structure moves as without it, tuned to frequencies [Hz].
 
-    def reaction(self, acceleration: Array, step_s: float) -> Array:
-        """Return its force against the acceleration of its place, both (samples,) [N, m/s^2]."""
-        return np.zeros_like(acceleration)
+        None where it adds no coordinate to the structure's.
+        """
+        return ()
 
 
 @dataclass(frozen=True)
