@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis.scales import ROUNDING
-from twin.estimation.ringing import Ringing
+from twin.estimation.ringing import SILENCE, Ringing, between_samples
 from twin.model.linear import LinearModel
 
 Array = NDArray[np.float64]
@@ -53,7 +53,7 @@ def hold_error(model: LinearModel, u: Array, step_s: float) -> Array:
     fast = above(model, step_s)
     mass, stiffness = np.diag(model.M), np.diag(model.K)
     held = np.flatnonzero(stiffness > ROUNDING * np.max(stiffness))
-    length = 2 * len(u)  # as much silence as there is signal: nothing comes round
+    length = SILENCE * len(u)
     spectrum = np.fft.rfft(u, length, axis=0)
     w = np.asarray(2 * np.pi * np.fft.rfftfreq(length, step_s), float)
     out = np.zeros((len(w), len(model.outputs)), complex)
@@ -107,9 +107,7 @@ def _answer(
     for sign in (1, -1):
         pole = -0.5 * rate + sign * half
         if lines:
-            over = np.exp(pole * step_s)
-            constant = (over - 1) / pole
-            ramp = (constant / step_s - 1) / pole
+            over, constant, ramp = between_samples(pole, step_s)
             state = (constant - ramp + z * ramp) / (z - over) * corner
         else:
             state = 1 / (1j * w - pole)

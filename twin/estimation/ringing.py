@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -88,10 +89,8 @@ class Ringing:
         q, v = np.zeros((2, 2, len(z), len(half)), complex)
         for sign in (1, -1):
             pole = -self.stepped / 2 + sign * half
-            over = np.exp(pole * step_s)
-            constant = (over - 1) / pole
-            slope = (constant / step_s - 1) / pole - constant / 2
-            states = np.array([constant, slope])[:, None] / (z[:, None] - over)
+            over, constant, ramp = between_samples(pole, step_s)
+            states = np.array([constant, ramp - constant / 2])[:, None] / (z[:, None] - over)
             states *= sign / (2 * half)
             q, v = q + states, v + pole * states
         a = -self.square * q - self.stepped * v
@@ -100,6 +99,18 @@ class Ringing:
             for read, answer in zip(self.seen, (q, v, a), strict=True)
         )
         return np.asarray(response).reshape(len(z), self.seen.shape[1], -1)
+
+
+def between_samples(pole: Any, step_s: float) -> tuple[Any, Any, Any]:
+    """Return e^(p h), and what x' = p x + u makes of u = 1 and of u = t/h over a sample h.
+
+    Args:
+        pole: p [1/s], one or many.
+        step_s: h [s].
+    """
+    over = np.exp(pole * step_s)
+    constant = (over - 1) / pole
+    return over, constant, (constant / step_s - 1) / pole
 
 
 def _through(response: Complex, drive: Array, length: int) -> Array:
