@@ -29,6 +29,10 @@ of all unknowns. Before the first the likelier half of the places of each mechan
 and after each lap the likelier half of a candidate's valleys (successive halving; Jamieson and
 Talwalkar 2016) and as many candidates as are fitted; the fit that follows takes the rest."""
 
+SHIFTING = 4
+"""Valleys of what shifts its own resonance that are followed in all unknowns: neighbours of eight
+strengths and two dampings that lead to the same one."""
+
 WIDTH, ALIKE = 6, 3
 """Candidates of the screening that are fitted in a search step, and how many of them may be one
 mechanism at several places: where it is not, it is likely in many."""
@@ -83,9 +87,7 @@ def of_valleys(fit: Fit, linear: Linearised, candidates: Sequence[Candidate]) ->
     # the others adjusted, where it begins tells already which places of a mechanism are unlikely
     behind: list[_Race] = []
     racing = _halved_by_kind(racing, behind)
-    racing = [
-        (c, _likelier([_begun(adjusted, r, FIRST) for r in runners])) for c, runners in racing
-    ]
+    racing = [(c, _likelier(_followed(adjusted, here, runners))) for c, runners in racing]
     # what gains no more on this part than a step has to is as far as it gets
     behind += [(c, runners) for c, runners in racing if not runners[0][0] > ROUGH]
     racing = _ahead([(c, runners) for c, runners in racing if runners[0][0] > ROUGH], behind)
@@ -123,6 +125,17 @@ def _begun(adjusted: Adjusted, runner: _Runner, steps: int) -> _Runner:
     except (ValueError, np.linalg.LinAlgError):
         return -np.inf, z, model
     return value - adjusted.log_posterior, moved if steps else z, model
+
+
+def _followed(adjusted: Adjusted, here: Fit, runners: list[_Runner]) -> list[_Runner]:
+    """Return where first steps lead: of what is added alone, the others adjusted to first order.
+
+    Where its own resonance goes with its strength, the others move too far with it for that: of the
+    likeliest such ones, steps of all unknowns.
+    """
+    if runners[0][2].hypothesis.mechanisms[-1].shifts_resonance:
+        return [_further(here.log_posterior, runner, FIRST) for runner in runners[:SHIFTING]]
+    return [_begun(adjusted, runner, FIRST) for runner in runners]
 
 
 def _halved_by_kind(racing: list[_Race], behind: list[_Race]) -> list[_Race]:
