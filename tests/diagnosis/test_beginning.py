@@ -13,6 +13,7 @@ from twin.diagnosis.known import RESOLVED
 from twin.diagnosis.prepare import prepare
 from twin.diagnosis.scales import Scales
 from twin.diagnosis.valleys import ALIKE, first_of_each
+from twin.estimation.fit import fit
 from twin.estimation.likelihood import evaluate
 from twin.mechanisms.coulomb_friction import CoulombFriction
 from twin.mechanisms.cubic_stiffness import CubicStiffness
@@ -52,21 +53,27 @@ def test_a_law_without_jumps_begins_as_it_is(rubbing):
 
 def test_what_is_known_nearby_is_no_worse_than_what_is_found_anew(rubbing):
     z = start_of(rubbing)
-    there = [run.averages for run in evaluate(rubbing, z, derivatives=False).runs]
+    there = evaluate(rubbing, z, derivatives=False).averages
     near = z + 1e-6
     anew, _ = likeliest(rubbing, [near])
     known, _ = likeliest(rubbing, [near], there)
     assert known > anew - 0.5
 
 
+def test_what_a_fit_found_of_its_laws_is_not_lost_by_looking_again(rubbing):
+    found = fit(rubbing, as_sharp(rubbing, start_of(rubbing)), most=6)
+    known, _ = likeliest(rubbing, [found.z], found.averages)
+    assert known > found.log_posterior - 1e-6
+
+
 def test_averages_of_other_states_or_laws_are_not_taken_over(rubbing):
     run = evaluate(rubbing, start_of(rubbing), derivatives=False).runs[0]
     system = run.sampled.system
-    assert run.averages.of(system)
-    assert not run.averages.of(replace(system, A=np.eye(len(system.A) + 1)))
-    assert not replace(run.averages, start=None).of(system)
+    assert run.averages.may_begin(system)
+    assert not run.averages.may_begin(replace(system, A=np.eye(len(system.A) + 1)))
+    assert not replace(run.averages, start=None).may_begin(system)
     two = replace(run.averages, slopes=np.zeros((2, 2)))
-    assert not two.of(system)
+    assert not two.may_begin(system)
 
 
 def test_no_more_than_so_many_places_of_one_mechanism_go_first():

@@ -118,7 +118,7 @@ def likeliest(
             found = None
         if found is not None and np.isfinite(found.log_likelihood):
             value = found.log_likelihood - 0.5 * float(z @ z)
-            near = [run.averages for run in found.runs]
+            near = found.averages
         scored.append((value, z))
     return max(scored, key=lambda pair: pair[0])
 

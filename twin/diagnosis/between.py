@@ -75,11 +75,10 @@ def again(hypothesis: Hypothesis, found: Fit, steps: int = FEW) -> tuple[Hypothe
         best = hypothesis, found, found.log_evidence - own
         for problem in others(hypothesis, found):
             other, odds = replace(hypothesis, problem=problem), _odds(problem)
-            near = found.averages
             rival = found.log_posterior - own + odds
-            if not steps and likeliest(other, [found.z], near)[0] <= rival:
+            if not steps and likeliest(other, [found.z], found.averages)[0] <= rival:
                 continue
-            tried = attempted(other, found.z, max(steps, 1), rival, near=near)
+            tried = attempted(other, found.z, max(steps, 1), rival, near=found.averages)
             if tried is not None and tried.log_evidence - odds > best[2]:
                 best = other, tried, tried.log_evidence - odds
         if best[0] is not hypothesis:

@@ -55,7 +55,8 @@ def explained(h: Hypothesis, z: Array, cost: float, top: Explanation) -> Explana
     fits = []
     for option in seen_otherwise(h):
         try:
-            _, begun = likeliest(option, [z, as_sharp(option, z)])
+            sharp = as_sharp(option, z)
+            begun = z if np.array_equal(sharp, z) else likeliest(option, [z, sharp])[1]
             other, found = again(option, fit(option, begun, hopeless=least), steps=0)
         except (ValueError, np.linalg.LinAlgError):
             continue

@@ -1,17 +1,14 @@
-"""What something light does beside the motion of a fit: it hangs on the structure, or is under it.
+"""What something light that hangs on a structure does beside the motion of a fit.
 
 It adds a coordinate s to the model, to first order driven by the motion q that there is without it,
 
-    m s'' + r s' + k s = b^T u - (m_q^T q'' + r_q^T q' + k_q^T q),
+    m s'' + r s' + k s = -(m_q^T q'' + r_q^T q' + k_q^T q),
 
-where the inertia that the structure has of its own is not in m, for q moves with s. Back on the
-structure it is a force, and outputs read it. So its beginning, which a state would have to be given
+and back on the structure it is a force. So its beginning, which a state would have to be given
 beside the structure's, is at rest, and all samples of a recording tell of it at once.
 """
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,48 +21,26 @@ from twin.model.linear import LinearModel
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Pull:
-    """A force along one direction, and what outputs read beside what it moves.
-
-    Attributes:
-        row: its direction, (n,).
-        force: against it [N or N m], (samples,).
-        readings: of the outputs, (samples, m).
-    """
-
-    row: Array
-    force: Array
-    readings: Array
-
-
-def pull_of(
-    light: StructuralChange, model: LinearModel, motion: Motion, u: Array, step_s: float
-) -> Pull:
-    """Return what a change of the structure that adds one coordinate does along a motion.
+def pull_of(light: StructuralChange, model: LinearModel, motion: Motion, step_s: float) -> Array:
+    """Return the force of what hangs at a port, against its motion, (samples,) [N or N m].
 
     Args:
-        light: the change.
+        light: the change of the structure, which adds one coordinate.
         model: the structure without it.
         motion: of the structure.
-        u: inputs, (samples, r).
         step_s: sampling interval [s].
     """
     grown, n = light.edit(model), len(model.coordinates)
-    moved = (motion.acceleration(step_s), motion.v, motion.q)
+    moved = (motion.a, motion.v, motion.q)
     pairs = ((grown.M, model.M), (grown.R, model.R), (grown.K, model.K))
-    load = u @ grown.B[n] - sum(x @ G[n, :n] for x, (G, _) in zip(moved, pairs, strict=True))
+    load = np.asarray(-sum(x @ G[n, :n] for x, (G, _) in zip(moved, pairs, strict=True)))
     own = [G[n, n] for G, _ in pairs]
-    own[0] -= grown.M[n, :n] @ np.linalg.solve(grown.M[:n, :n], grown.M[:n, n])
     steps = [_filtered(load, power, own, step_s) for power in (2, 1, 0)]
     force = np.zeros((len(load), n))
     for x, s, (G, G0) in zip(moved, steps, pairs, strict=True):
         force += x @ (G[:n, :n] - G0).T + np.outer(s, G[:n, n])
-    read = (grown.Ca, grown.Cv, grown.Cd)
-    readings = sum(np.outer(s, C[:, n]) for s, C in zip(steps, read, strict=True))
-    row = force[int(np.argmax(np.sum(force**2, axis=1)))]
-    row = row / max(float(np.linalg.norm(row)), 1e-300)
-    return Pull(row, force @ row, np.asarray(readings))
+    row = model.port(light.place)
+    return np.asarray(force @ row / (row @ row))
 
 
 def _filtered(load: Array, power: int, own: list[float], step_s: float) -> Array:

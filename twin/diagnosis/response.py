@@ -15,9 +15,7 @@ from twin.estimation.products import add_product
 Array = NDArray[np.float64]
 
 
-def respond(
-    run: Run, hypothesis: Hypothesis, rows: Array, forces: Array, readings: Array | None = None
-) -> Array:
+def respond(run: Run, hypothesis: Hypothesis, rows: Array, forces: Array) -> Array:
     """Return the change of the innovations by small forces at ports, (samples, m, c).
 
     Args:
@@ -25,7 +23,6 @@ def respond(
         hypothesis: what was fitted.
         rows: ports, (c, n).
         forces: along the motion, (samples, c); between samples they are straight lines.
-        readings: what outputs read besides, (samples, m, c).
     """
     system, plant = run.sampled.system, run.sampled
     n = rows.shape[1]
@@ -38,21 +35,18 @@ def respond(
     c = np.ascontiguousarray
     _recurse(
         c(plant.whole - K @ system.C), c(-K), c(-system.C), plant.entry[:, inputs:] @ wide,
-        system.V[:, inputs:] @ wide, c(forces),
-        np.zeros((0, 0, 0)) if readings is None else c(readings), out,
+        system.V[:, inputs:] @ wide, c(forces), out,
     )  # fmt: skip
     return out
 
 
 @numba.njit(nogil=True, cache=True)
-def _recurse(closed, minus_K, minus_C, entry, through, forces, readings, out):
+def _recurse(closed, minus_K, minus_C, entry, through, forces, out):
     n, m = entry.shape[0], len(through)
     x = np.zeros(entry.shape)
     for k in range(len(forces)):
         following = forces[min(k + 1, len(forces) - 1)]
         direct = through * forces[k]
-        if len(readings):
-            direct += readings[k]
         out[k] = -direct
         add_product(out[k], minus_C, 0, x, n)
         after = entry * (0.5 * (forces[k] + following))

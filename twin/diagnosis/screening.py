@@ -131,19 +131,18 @@ def _of_pulls(
         return []
     low, high = inside[0] / BEYOND, min(inside[-1] * BEYOND, problem.sampling_hz / 2)
     grid = np.geomspace(low, high, int(np.log(high / low) / SPACED) + 2)[:-1].tolist()
-    changes = [(c, c.starts[0]) for c in candidates if isinstance(c.starts[0], StructuralChange)]
-    pairs = [(c, light) for c, start in changes for light in start.light(grid)]
+    firsts = ((c, c.starts[0]) for c in candidates)
+    changes = [(c, s.scaled(1 / REACH)) for c, s in firsts if isinstance(s, StructuralChange)]
+    pairs = [(c, light) for c, weak in changes for light in weak.light(grid)]
     if not pairs:
         return []
     model = problem.base(test.fit.z[: len(problem.base_unknowns)])
+    motion = [replace(m, a=m.acceleration(problem.step_s)) for m in moved]
 
     def responses(index: int, some: slice) -> Array:
-        u = problem.recordings[index].u
-        pulls = [pull_of(c, model, moved[index], u, problem.step_s) for _, c in pairs[some]]
-        rows, forces = np.array([p.row for p in pulls]), np.column_stack([p.force for p in pulls])
-        readings = np.stack([p.readings for p in pulls], axis=-1)
-        seen = readings if np.any(readings) else None
-        return respond(test.runs[index], test.hypothesis, rows, forces, seen)
+        rows = np.array([model.port(light.place) for _, light in pairs[some]])
+        pulls = [pull_of(light, model, motion[index], problem.step_s) for _, light in pairs[some]]
+        return respond(test.runs[index], test.hypothesis, rows, np.column_stack(pulls))
 
     gains, strengths, shifts = test.of_changes(responses, len(pairs))
     best = dict[tuple[str, str], int]()

@@ -29,13 +29,10 @@ of all unknowns. Before the first the likelier half of the places of each mechan
 and after each lap the likelier half of a candidate's valleys (successive halving; Jamieson and
 Talwalkar 2016) and as many candidates as are fitted; the fit that follows takes the rest."""
 
-SHIFTING = 4
-"""Valleys of what shifts its own resonance that are followed in all unknowns: neighbours of eight
-strengths and two dampings that lead to the same one."""
-
 WIDTH, ALIKE = 6, 3
 """Candidates of the screening that are fitted in a search step, and how many of them may be one
-mechanism at several places: where it is not, it is likely in many."""
+mechanism at several places: where it is not, it is likely in many. As many valleys of one that
+shifts its own resonance are followed in all unknowns: neighbours lead to the same optimum."""
 
 _Runner = tuple[float, Array, Linearised]
 """Rise of the log posterior beside the part of the samples, values, and what has them."""
@@ -105,15 +102,13 @@ def of_valleys(fit: Fit, linear: Linearised, candidates: Sequence[Candidate]) ->
             for u, x in zip(model.unknowns, z, strict=True)
             if u.role != "noise" and u.name in known
         }
-        # how much of it the other samples hold, only they can say: a blow is over in seconds; but
-        # on the average no more samples make what is added less likely
+        # how much of it the other samples hold, only they can say: a blow is over in seconds; on
+        # the average they do not lower what a part of them tells of what is there
         mechanism = model.at(z)[-1]
         whole = added(hypothesis, candidate, mechanism)
-        alone = moved_to(whole, hypothesis, fit.z, mechanism)
-        levels = np.array([u.role == "noise" for u in whole.unknowns])
-        posterior, _ = likeliest(whole, [z, alone, np.where(levels, alone, z)])
-        gain = max(posterior - fit.log_posterior, told)
-        scores.append(Score(candidate, mechanism, max(gain, 0.0), shift))
+        posterior, _ = likeliest(whole, [z, moved_to(whole, hypothesis, fit.z, mechanism)])
+        gain = max(posterior - fit.log_posterior, told, 0.0)
+        scores.append(Score(candidate, mechanism, gain, shift))
     return scores
 
 
@@ -134,7 +129,7 @@ def _followed(adjusted: Adjusted, here: Fit, runners: list[_Runner]) -> list[_Ru
     likeliest such ones, steps of all unknowns.
     """
     if runners[0][2].hypothesis.mechanisms[-1].shifts_resonance:
-        return [_further(here.log_posterior, runner, FIRST) for runner in runners[:SHIFTING]]
+        return [_further(here.log_posterior, runner, FIRST) for runner in runners[:ALIKE]]
     return [_begun(adjusted, runner, FIRST) for runner in runners]
 
 

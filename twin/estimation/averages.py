@@ -64,7 +64,7 @@ def averages_at(
     if plant.driven is not None:
         blur = _ringing(model, here, plant.system, trial) if model.blurred else None
         known = LawAverages(blur=blur)
-        near = near if near is not None and near.of(plant.system) else None
+        near = near if near is not None and near.may_begin(plant.system) else None
         value, found = _holding(here, index, plant, known, near, None)
         for _ in range(ROUNDS - 1 if near is None else 0):
             last = value

@@ -133,7 +133,7 @@ def fit(
         moved, damping, promise = _climbed(model, at, z, here, score, moving, damping)
         settled = promise < enough
         if not settled:
-            found = None if moved is None else _with_derivatives(at, moved, _averages(here))
+            found = None if moved is None else _with_derivatives(at, moved, here.averages)
             if moved is None or found is None:
                 break
             z = moved
@@ -162,13 +162,8 @@ def fit(
         code = "ran away"
     return Fit(
         model, z, np.asarray(np.linalg.inv(H)), here.log_likelihood, score, _evidence(score, H),
-        code, tuple(_averages(here)),
+        code, here.averages,
     )  # fmt: skip
-
-
-def _averages(here: Value) -> list[LawAverages]:
-    """Return what the laws do on the average of each recording."""
-    return [run.averages for run in here.runs]
 
 
 def _climbed(
@@ -225,7 +220,7 @@ def _climbs(at: Likelihood, z: Array, score: float, here: Value) -> bool:
     try:
         # a step may lead anywhere; where nothing is finite it is not taken
         with np.errstate(all="ignore"):
-            found = at(z, False, _averages(here))
+            found = at(z, False, here.averages)
     except (ValueError, np.linalg.LinAlgError):
         return False
     return found.log_likelihood - 0.5 * float(z @ z) > score

@@ -36,6 +36,11 @@ class Value:
     runs: tuple[Run, ...]
     trials: tuple[Trial, ...]
 
+    @property
+    def averages(self) -> tuple[LawAverages, ...]:
+        """What the laws do on the average of each recording."""
+        return tuple(run.averages for run in self.runs)
+
 
 def passes(
     model: Model, z: Array, averages: Sequence[LawAverages] | None = None

@@ -58,7 +58,7 @@ class LawAverages:
             return np.zeros_like(system.drift)
         return np.asarray(self.slopes[:, :1] * system.drift + self.slopes[:, 1:] * system.rate)
 
-    def of(self, system: System) -> bool:
+    def may_begin(self, system: System) -> bool:
         """Return whether a simulation of this system, with these laws, may begin where it did."""
         alike = self.slopes is None or self.slopes.shape[0] == len(system.drift)
         return alike and self.start is not None and len(self.start) == len(system.A)

@@ -66,9 +66,8 @@ class Appendage(StructuralChange):
         return model.hanging(label, self.place, self.mass, self.damping, self.stiffness)
 
     def light(self, frequencies: Sequence[float]) -> tuple[Self, ...]:
-        """Return it with a fiftieth of its mass and narrow resonances at frequencies [Hz]."""
-        return tuple(replace(self, mass=self.mass / 50, frequency=f, damping_ratio=NARROW)
-                     for f in frequencies)  # fmt: skip
+        """Return it with narrow resonances at frequencies [Hz]."""
+        return tuple(replace(self, frequency=f, damping_ratio=NARROW) for f in frequencies)
 
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Add a body that moves in the world, held to the port by a tendon.

@@ -146,10 +146,7 @@ class StructuralChange(Mechanism):
         """
 
     def light(self, frequencies: Sequence[float]) -> tuple[Self, ...]:
-        """Return it so weak that the structure moves as without it, tuned to frequencies [Hz].
-
-        None where it adds no coordinate to the structure's.
-        """
+        """Return it tuned to frequencies [Hz]; none where it has no resonance of its own."""
         return ()
 
 
