@@ -6,7 +6,7 @@ computer holds its output), so the two are asked for apart.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis.beginning import attempted, likeliest, start_of
+from twin.diagnosis.filtering import likeliest_filter
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.portion import on_a_part
 from twin.diagnosis.problem import Between, Problem
 from twin.estimation.fit import Fit, fit
-from twin.estimation.low_pass import LowPass
 
 Array = NDArray[np.float64]
 
@@ -35,15 +35,6 @@ KINDS: dict[Between, str] = {
     "linear": "straight lines between the samples",
     "held": "held from sample to sample",
 }
-
-FILTERS = (
-    *(LowPass(cut_off) for cut_off in (0.8, 0.9, 1.0, 2.0)),
-    *(LowPass(cut_off, 8) for cut_off in (0.7, 0.8, 0.9)),
-    None,
-)
-"""What an analyser's filter may be where a law jumps: of linear phase, the last one hardly a
-filter; of Butterworth, whose order matters little from six on; or none, and a law that follows the
-estimated motion, as where forces act that nobody measured."""
 
 
 def choose(problem: Problem) -> tuple[Problem, Array]:
@@ -71,19 +62,32 @@ def again(hypothesis: Hypothesis, found: Fit, steps: int = FEW) -> tuple[Hypothe
     if steps and not _open(hypothesis, found, steps):
         return hypothesis, found
     for others in _groups(hypothesis):
-        own = _odds(hypothesis.problem)
-        best = hypothesis, found, found.log_evidence - own
-        for problem in others(hypothesis, found):
-            other, odds = replace(hypothesis, problem=problem), _odds(problem)
-            rival = found.log_posterior - own + odds
-            if not steps and likeliest(other, [found.z], found.averages)[0] <= rival:
-                continue
-            tried = attempted(other, found.z, max(steps, 1), rival, near=found.averages)
-            if tried is not None and tried.log_evidence - odds > best[2]:
-                best = other, tried, tried.log_evidence - odds
-        if best[0] is not hypothesis:
-            hypothesis, found = best[0], fit(best[0], best[1].z, near=best[1].averages)
+        before = None
+        while before is not hypothesis:
+            before = hypothesis
+            hypothesis, found = _better(hypothesis, found, others(hypothesis, found), steps)
+            if others is not _otherwise_filtered:
+                break  # of few kinds the best is known; of filters only where to look further
     return hypothesis, found
+
+
+def _better(
+    hypothesis: Hypothesis, found: Fit, problems: Sequence[Problem], steps: int
+) -> tuple[Hypothesis, Fit]:
+    """Return the likeliest of a fit and fits of other problems, a few steps each."""
+    own = _odds(hypothesis.problem)
+    best = hypothesis, found, found.log_evidence - own
+    for problem in problems:
+        other, odds = replace(hypothesis, problem=problem), _odds(problem)
+        rival = found.log_posterior - own + odds
+        if not steps and likeliest(other, [found.z], found.averages)[0] <= rival:
+            continue
+        tried = attempted(other, found.z, max(steps, 1), rival, near=found.averages)
+        if tried is not None and tried.log_evidence - odds > best[2]:
+            best = other, tried, tried.log_evidence - odds
+    if best[0] is hypothesis:
+        return hypothesis, found
+    return best[0], fit(best[0], best[1].z, near=best[1].averages)
 
 
 def _open(hypothesis: Hypothesis, found: Fit, steps: int) -> bool:
@@ -168,15 +172,13 @@ def _otherwise_large(hypothesis: Hypothesis, found: Fit) -> list[Problem]:
 
 
 def _otherwise_filtered(hypothesis: Hypothesis, found: Fit) -> list[Problem]:
-    """Return with another filter, and with none.
+    """Return with the likeliest filter where a fit is, and with none.
 
-    Filters are many and alike: of those that filter, only the likeliest where a fit is.
+    With none a law follows the estimated motion, as where forces act that nobody measured.
     """
+    options = (likeliest_filter(hypothesis, found), None)
     problem = hypothesis.problem
-    others = [replace(problem, low_pass=f) for f in FILTERS if f != problem.low_pass]
-    alike = [replace(hypothesis, problem=p) for p in others if p.low_pass is not None]
-    likely = max(alike, key=lambda h: likeliest(h, [found.z], found.averages)[0]).problem
-    return [likely, *(p for p in others if p.low_pass is None)]
+    return [replace(problem, low_pass=f) for f in options if f != problem.low_pass]
 
 
 def _driven(problem: Problem, name: str) -> bool:

@@ -55,8 +55,12 @@ def dropped(
         if e.labels and set(e.labels) <= kept:
             then = dict(zip((u.name for u in e.hypothesis.unknowns), e.fit.z, strict=True))
             options.append(np.array([then.get(u.name, known[u.name]) for u in fewer.unknowns]))
-    if with_all is not None and _needed(with_all, fewer, options):
-        return None
+    # the likelihood of the larger of two nested models never falls behind with more samples, on
+    # the average
+    if with_all is not None:
+        begun = _starts(beginning_of(fewer), options)
+        if settled_against(fewer, begun, with_all):
+            return None
     starts = _starts(fewer, options)
     fits = [explained(fewer, z, cost, best) for z in starts]
     return max((e for e in fits if e is not None), key=lambda e: e.log_odds, default=None)
@@ -101,14 +105,16 @@ def on_part(best: Explanation) -> Fit | None:
     return None if part is None else attempted(part, best.fit.z, enough=ROUGH)
 
 
-def _needed(with_all: Fit, fewer: Hypothesis, options: Sequence[Array]) -> bool:
-    """Return whether a part of the samples settles that the mechanism that is gone is needed.
+def settled_against(other: Hypothesis, begun: Sequence[Array], beside: Fit) -> bool:
+    """Return whether a part of the samples settles that a hypothesis is the less likely one.
 
-    The likelihood of the larger of two nested models never falls behind with more samples, on the
-    average.
+    Args:
+        other: the hypothesis.
+        begun: where fits of it begin, (p,) each.
+        beside: of the other one, to the part.
     """
-    part, least = beginning_of(fewer), with_all.log_evidence - SURE
-    for z in _starts(part, options):
+    part, least = beginning_of(other), beside.log_evidence - SURE
+    for z in begun:
         found = attempted(part, z, hopeless=least, enough=ROUGH)
         if found is not None and found.log_evidence > least:
             return False

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,6 +12,7 @@ from twin.diagnosis.beginning import as_sharp, attempted, likeliest
 from twin.diagnosis.between import again
 from twin.diagnosis.drawing import odds_of
 from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.portion import ROUGH, SURE, on_a_part
 from twin.diagnosis.problem import LINEAR_PHASE
 from twin.estimation.fit import Fit, fit
 from twin.mechanisms.mechanism import Disturbance, Law
@@ -53,10 +55,8 @@ def explained(h: Hypothesis, z: Array, cost: float, top: Explanation) -> Explana
     # another tolerance may be worth as much to this one
     least = top.log_odds + spent - (odds_of(top.hypothesis, top.fit) - top.fit.log_evidence)
     fits = []
-    for option in seen_otherwise(h):
+    for option, begun in _within_reach(seen_otherwise(h), z):
         try:
-            sharp = as_sharp(option, z)
-            begun = z if np.array_equal(sharp, z) else likeliest(option, [z, sharp])[1]
             other, found = again(option, fit(option, begun, hopeless=least), steps=0)
         except (ValueError, np.linalg.LinAlgError):
             continue
@@ -78,6 +78,28 @@ def seen_otherwise(h: Hypothesis) -> tuple[Hypothesis, ...]:
         return (h,)
     filters = (h.problem.low_pass or LINEAR_PHASE, None)
     return tuple(replace(h, problem=replace(h.problem, low_pass=f)) for f in filters)
+
+
+def _within_reach(options: Sequence[Hypothesis], z: Array) -> list[tuple[Hypothesis, Array]]:
+    """Return hypotheses that a part of the samples does not rule out, and where fits begin, (p,).
+
+    Of one none is ruled out, and where its fit ends on the part tells nothing.
+    """
+    begun = [(option, _sharpest(option, z)) for option in options]
+    parts = [on_a_part(option) for option in options]
+    if len(options) == 1 or any(part is None for part in parts):
+        return begun
+    values = []
+    for part in [part for part in parts if part is not None]:
+        found = attempted(part, _sharpest(part, z), enough=ROUGH)
+        values.append(-np.inf if found is None else again(part, found, steps=0)[1].log_evidence)
+    return [b for b, value in zip(begun, values, strict=True) if value >= max(values) - SURE]
+
+
+def _sharpest(h: Hypothesis, z: Array) -> Array:
+    """Return values, or the same with laws as sharp as they are seen, if these are likelier."""
+    sharp = as_sharp(h, z)
+    return z if np.array_equal(sharp, z) else likeliest(h, [z, sharp])[1]
 
 
 def from_prior_noise(best: Explanation) -> Explanation:

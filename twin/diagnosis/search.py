@@ -12,7 +12,7 @@ from twin.diagnosis.beginning import added, attempted, beginnings, likeliest, mo
 from twin.diagnosis.between import again
 from twin.diagnosis.candidates import Candidate, motions, scales_of
 from twin.diagnosis.drawing import at_its_tolerance, odds_of
-from twin.diagnosis.dropping import without_needless
+from twin.diagnosis.dropping import on_part, settled_against, without_needless
 from twin.diagnosis.explanation import Explanation, explained, from_prior_noise
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.motion import Motion
@@ -161,10 +161,13 @@ def _without_names(
     dubious = doubtful(h, best.fit, forces(h, z, predictors(h, z)))
     if not dubious:
         return best
+    beside = on_part(best)
     for number, (other, starts) in enumerate(in_place_of(h, best.fit, moved, candidates, dubious)):
         place = other.mechanisms[-1].place
         tell(f"fitting a non-parametric restoring force at {place} ({number + 1})")
         _, begun = likeliest(other, [z for start in starts for z in beginnings(other, start)])
+        if beside is not None and settled_against(other, [begun], beside):
+            continue
         found = explained(other, begun, cost, best)
         if found is not None:
             found = without_needless(found, cost, tried)

@@ -1,0 +1,74 @@
+"""The analyser's filter is found in what it makes of a law's jumps."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from diagnosis_support import RATE, lumped, rng
+from scipy.signal import butter, sosfilt
+
+from twin.diagnosis.beginning import as_sharp, start_of
+from twin.diagnosis.candidates import priors_of
+from twin.diagnosis.filtering import COARSE, EDGES, ORDERS, likeliest_filter
+from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.prepare import prepare
+from twin.diagnosis.scales import Scales
+from twin.estimation.fit import fit
+from twin.estimation.likelihood import evaluate
+from twin.estimation.low_pass import LowPass
+from twin.mechanisms.coulomb_friction import CoulombFriction
+from twin.recording import Recording
+
+EDGE, ORDER, TIMES = 0.74, 5, 16
+"""Of the filter, none of which the search begins with, and how much faster it is simulated."""
+
+
+def filtered(seed):
+    """A recording of a frame that rubs, all channels behind one Butterworth filter."""
+    samples = round(10 * RATE)
+    t = np.arange(samples * TIMES) / (RATE * TIMES)
+    draw = rng(seed)
+    f = np.linspace(0.3, 12.0, 160)
+    phase = draw.uniform(0, 2 * np.pi, len(f))
+    force = 0.3 * np.sqrt(2 / len(f)) * np.cos(2 * np.pi * f * t[:, None] + phase).sum(axis=1)
+    force *= 1 - np.exp(-t / 0.2)
+    twin = lumped().including(CoulombFriction("storey2", 0.1))
+    moved = twin.simulate({"force_floor2": force}, RATE * TIMES, len(force)).columns
+    analyser = butter(ORDER, EDGE / 2 * RATE, fs=RATE * TIMES, output="sos")
+    columns = {"force_floor2": force} | {f"acc_{floor}": moved[f"acc_{floor}"]
+                                         for floor in twin.floors}  # fmt: skip
+    seen = {name: sosfilt(analyser, x)[::TIMES] for name, x in columns.items()}
+    noisy = {name: x + 2e-3 * draw.standard_normal(samples) * name.startswith("acc")
+             for name, x in seen.items()}  # fmt: skip
+    return Recording.build(RATE, noisy, f"seed{seed}.csv")
+
+
+@pytest.fixture(scope="module")
+def rubbing():
+    law = CoulombFriction("storey2", 0.1, 1e-3)
+    problem = prepare(lumped(), [filtered(1)], [filtered(2)]).train
+    return Hypothesis(problem, (law,), (priors_of([law]),), Scales({"storey2": (1.0, 1e-3, 0.05)}))
+
+
+def test_edge_and_order_are_found_between_those_that_the_search_begins_with(rubbing):
+    assert rubbing.problem.low_pass == LowPass(1.0)
+    found = fit(rubbing, as_sharp(rubbing, start_of(rubbing)), most=12)
+    here = rubbing
+    for _ in range(2):
+        low_pass = likeliest_filter(here, found)
+        here = replace(rubbing, problem=replace(rubbing.problem, low_pass=low_pass))
+        found = fit(here, found.z, most=12, near=found.averages)
+    assert low_pass.order in (ORDER - 1, ORDER, ORDER + 1)
+    assert low_pass.cut_off == pytest.approx(EDGE, abs=COARSE)
+    true = replace(rubbing, problem=replace(rubbing.problem, low_pass=LowPass(EDGE, ORDER)))
+    same = evaluate(true, found.z, False, found.averages).log_likelihood
+    assert found.log_likelihood > same - 3
+
+
+def test_filters_stay_those_that_analysers_have(rubbing):
+    found = fit(rubbing, as_sharp(rubbing, start_of(rubbing)), most=2)
+    for extreme in (LowPass(EDGES[1]), LowPass(EDGES[0], ORDERS[0]), LowPass(1.0, ORDERS[-1])):
+        here = replace(rubbing, problem=replace(rubbing.problem, low_pass=extreme))
+        low_pass = likeliest_filter(here, found)
+        assert EDGES[0] <= low_pass.cut_off <= EDGES[1]
+        assert low_pass.order in (0, *ORDERS)
