@@ -19,6 +19,7 @@ from twin.estimation.likelihood import evaluate
 from twin.mechanisms.appendage import Appendage
 from twin.mechanisms.base_compliance import BaseCompliance
 from twin.mechanisms.cubic_stiffness import CubicStiffness
+from twin.mechanisms.damping import Damping
 from twin.mechanisms.sensor_delay import SensorDelay
 from twin.mechanisms.sensor_gain import SensorGain
 from twin.mechanisms.sensor_highpass import SensorHighpass
@@ -141,3 +142,19 @@ def candidates_of(problem, blank, fitted):
         [Candidate(s, priors_of(s)) for s in starts],
         moved,
     )
+
+
+def test_a_damper_that_the_twins_own_damping_stood_for_promises_what_it_brings():
+    damped = lumped().including(Damping("storey2", 2.0))
+    problem = prepare(lumped(), [recorded(damped, 1)], [recorded(damped, 2)]).train
+    blank = Hypothesis(problem)
+    fitted = fit(blank, start_of(blank))
+    moved = motions(problem, blank, fitted.z)
+    here = replace(blank, scales=scales_of(problem, moved))
+    starts = Damping.starts("storey2", surroundings(problem, moved, "storey2"))
+    candidate = Candidate(starts, priors_of(starts))
+    (score,) = screen(fitted, here, [candidate], moved)
+    grown = added(here, candidate, score.start)
+    brought = fit(grown, moved_to(grown, here, fitted.z, score.start))
+    gain = brought.log_posterior - fitted.log_posterior
+    assert 0.9 * gain < score.gain <= gain + 1.0

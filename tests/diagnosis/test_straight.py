@@ -13,6 +13,7 @@ from twin.diagnosis.predict import nrmse, predictors
 from twin.diagnosis.prepare import prepare
 from twin.diagnosis.problem import LINEAR_PHASE, Problem
 from twin.diagnosis.straight import above, hold_error, noise_gain
+from twin.diagnosis.trials import trial_of
 from twin.estimation.fit import fit
 from twin.estimation.likelihood import passes
 from twin.estimation.system import sampled
@@ -60,9 +61,9 @@ def test_a_beam_whose_upper_modes_are_fast_is_predicted_to_a_thousandth(off):
     y = answer(true, u)
     problem = problem_of(u, y, 1e-3 * float(np.sqrt(np.mean(y**2))))
     own = replace(problem, model=true)
-    trial = problem.trial(u, y)
+    trial = trial_of(problem, problem.recordings[0])
     # the twin's own upper modes are off, too; what the lines miss is taken from the nominal ones
-    taken = own.trial(u, y).y - trial.y
+    taken = trial_of(own, own.recordings[0]).y - trial.y
     change = np.nanstd(taken, axis=0) / np.std(y, axis=0)
     assert np.max(change) < (1e-9 if off == 0 else 2e-3)
     hypothesis = Hypothesis(own)

@@ -83,6 +83,19 @@ def test_wrong_samples_of_twice_what_noise_reaches_are_found_where_they_are(seed
     assert found.size == pytest.approx(2 * reached, rel=0.3)
 
 
+@pytest.mark.parametrize("apart", [2, 8, 20])
+def test_wrong_samples_close_to_each_other_are_found_like_others(apart):
+    found = 0
+    for seed in FAULTY:
+        _, motion, _ = structure(seed)
+        x = motion[:, 0].copy()
+        reached = 8.0 * np.max(local_scale(innovations(x, prediction_error_filter(x))))
+        x[[1500, 1500 + apart]] += np.array([2, -2]) * reached
+        fault = spikes(x)
+        found += fault is not None and {k for k, _ in fault.samples} == {1500, 1500 + apart}
+    assert found >= 9, "next to a blow nothing is said"
+
+
 @pytest.mark.parametrize("seed", FAULTY)
 def test_held_samples_are_found_where_they_are(seed):
     _, motion, _ = structure(seed)

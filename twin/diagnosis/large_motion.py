@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis.beginning import start_of
+from twin.diagnosis.between import ENOUGH
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.motion import motion_of
 from twin.diagnosis.problem import Problem
 from twin.estimation.likelihood import passes
 from twin.model import Twin
 from twin.model.geometry import Geometric, Geometry, geometry_of
-from twin.model.self_check import NOTED
 
 Array = NDArray[np.float64]
 
@@ -53,10 +53,9 @@ def _along(problem: Problem, geometry: Geometry) -> list[Geometric]:
 
 
 def _seen(problem: Problem, geometry: Geometry, every: Sequence[Geometric]) -> bool:
-    """Say whether large motion changes any output by a share of its noise."""
+    """Say whether large motion changes the outputs, beside their noise, by what evidence shows."""
+    nats = 0.0
     for levels, geometric in zip(problem.output_levels, every, strict=True):
         change = geometry.moved_by(geometric, problem.sampling_hz)
-        size = np.sqrt(np.mean(change**2, axis=0))
-        if np.any(~np.isfinite(size) | (size > NOTED * levels)):
-            return True
-    return False
+        nats += 0.5 * float(np.sum((change / levels) ** 2))
+    return not nats <= ENOUGH

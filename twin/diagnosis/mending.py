@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from twin.arrays import filled
 from twin.diagnosis.problem import Problem
+from twin.diagnosis.trials import trial_of
 from twin.estimation.model import Trial
 from twin.mechanisms.mechanism import ChannelFault
 
@@ -41,7 +42,7 @@ def mended(problem: Problem, faults: Sequence[ChannelFault]) -> tuple[Trial, ...
                 columns = _undone(problem, fault, columns, known)
         table = np.column_stack([columns[name] for name in names])
         u, y = table[:, :split], np.where(hidden, np.nan, table[:, split:])
-        out.append(problem.trial(u, y, recording.geometric))
+        out.append(trial_of(problem, recording, u, y))
     return tuple(out)
 
 

@@ -15,11 +15,12 @@ from twin.diagnosis.measured import NOISE_DEVIATION, Measured
 from twin.diagnosis.modal_damping import following
 from twin.diagnosis.parameters import TELLABLE, stiffnesses_of
 from twin.diagnosis.scales import Scales
-from twin.diagnosis.straight import above, hold_error, noise_gain, prefiltered, well_damped
+from twin.diagnosis.straight import above, noise_gain, well_damped
+from twin.diagnosis.trials import trial_of
 from twin.estimation.low_pass import LowPass
 from twin.estimation.model import Trial, Unknown
 from twin.mechanisms.mechanism import Mechanism
-from twin.model.geometry import Geometric, Geometry
+from twin.model.geometry import Geometry
 from twin.model.linear import LinearModel
 from twin.model.port import Body
 from twin.model.shaken import with_inertia
@@ -37,10 +38,6 @@ LINEAR_PHASE = LowPass(1.0)
 VAGUE = 0.5
 """Prior deviation of stiffnesses beyond which modes that no sample shows are not simulated: a
 quarter in frequency, so that after a period they are a quarter of one off."""
-
-EDGE = 16
-"""Samples at the end of a recording that are left out: a channel that is late ends before its
-recording does, by at most an eighth of a period of the band and as much for the filters."""
 
 
 @dataclass(frozen=True)
@@ -108,33 +105,7 @@ class Problem:
     @cached_property
     def trials(self) -> tuple[Trial, ...]:
         """The recordings as the likelihood sees them."""
-        return tuple(self.trial(r.u, r.y, r.geometric) for r in self.recordings)
-
-    def trial(self, u: Array, y: Array, geometric: Geometric | None = None) -> Trial:
-        """Return samples as the likelihood sees them.
-
-        Args:
-            u: inputs, (samples, r).
-            y: outputs, (samples, m).
-            geometric: what large motion adds; its forces are further inputs.
-        """
-        known, between = np.array(y), u
-        known[len(y) - EDGE :] = np.nan
-        if not np.all(self.cornered):
-            # to first order what the lines miss is what the nominal twin misses
-            known -= hold_error(self.model, np.where(self.cornered, 0.0, u), self.step_s)
-            between = np.where(self.cornered, u, prefiltered(u))
-        if self.geometry is not None:
-            forces = np.zeros((len(u), self.pseudo_forces))
-            if geometric is not None:
-                forces = geometric.forces
-                known -= geometric.readings
-            between = np.hstack([between, prefiltered(forces)])
-            u = np.hstack([u, forces])
-        smooth = None
-        if self.rings:
-            smooth = np.concatenate([~self.cornered, np.ones(self.pseudo_forces, bool)])
-        return Trial(u, between, known, self.step_s, smooth)
+        return tuple(trial_of(self, recording) for recording in self.recordings)
 
     @property
     def pseudo_forces(self) -> int:

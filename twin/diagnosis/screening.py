@@ -18,7 +18,7 @@ from twin.diagnosis.motion import Motion
 from twin.diagnosis.pull import pull_of
 from twin.diagnosis.response import respond
 from twin.diagnosis.score_test import ScoreTest
-from twin.diagnosis.valleys import Score, of_valleys
+from twin.diagnosis.valleys import Score, first_of_each, of_valleys
 from twin.estimation.fit import Fit
 from twin.mechanisms.mechanism import Disturbance, Law, Mechanism, StructuralChange
 
@@ -76,6 +76,7 @@ def screen(
     for candidate in candidates:
         if candidate.label in promising:
             valleys.append(replace(candidate, starts=tuple(promising[candidate.label])))
+    valleys += _followed(scores, least)
     if valleys or any(score.gain > least for score in scores):
         # no small change tells of a resonance that comes from where there is none; but where it
         # matters, something nearer does not fit either
@@ -86,6 +87,18 @@ def screen(
         if score.gain > best[score.candidate.label].gain:
             best[score.candidate.label] = score
     return sorted(best.values(), key=lambda s: -s.gain)
+
+
+def _followed(scores: Sequence[Score], least: float) -> list[Candidate]:
+    """Return changes of the structure that short fits follow: the likeliest places of each.
+
+    A twin that lacks one has moved as far as it goes to stand for it, and must move back: straight
+    lines from there tell of less than there is.
+    """
+    worth = [s for s in scores if s.gain > least and isinstance(s.start, StructuralChange)]
+    worth.sort(key=lambda score: -score.gain)
+    first = first_of_each([score.candidate.label[0] for score in worth])
+    return [replace(worth[i].candidate, starts=(worth[i].start,)) for i in first]
 
 
 def nearest(alike: Sequence[tuple[Mechanism, float]], strength: float) -> list[Mechanism]:

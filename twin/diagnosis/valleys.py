@@ -125,10 +125,11 @@ def _begun(adjusted: Adjusted, runner: _Runner, steps: int) -> _Runner:
 def _followed(adjusted: Adjusted, here: Fit, runners: list[_Runner]) -> list[_Runner]:
     """Return where first steps lead: of what is added alone, the others adjusted to first order.
 
-    Where its own resonance goes with its strength, the others move too far with it for that: of the
-    likeliest such ones, steps of all unknowns.
+    Where its own resonance goes with its strength, or the structure changes straight with it, the
+    others move too far with it for that: of the likeliest such ones, steps of all unknowns.
     """
-    if runners[0][2].hypothesis.mechanisms[-1].shifts_resonance:
+    last = runners[0][2].hypothesis.mechanisms[-1]
+    if last.shifts_resonance or last.valleys == 1:
         return [_further(here.log_posterior, runner, FIRST) for runner in runners[:ALIKE]]
     return [_begun(adjusted, runner, FIRST) for runner in runners]
 

@@ -58,12 +58,12 @@ def averages_at(
         near: what they do at values nearby, whose simulations begin where these did; of a model
             with other states or laws it tells nothing.
     """
-    if not here.laws:
-        return LawAverages(blur=here.blurs[index] if here.blurs else None)
     plant, trial = plants[here.which[index]], here.trials[index]
+    if not here.laws:
+        return LawAverages(blur=here.blurs[index] if here.blurs else trial.blur)
     if plant.driven is not None:
         blur = _ringing(model, here, plant.system, trial) if model.blurred else None
-        known = LawAverages(blur=blur)
+        known = LawAverages(blur=_both(blur, trial.blur))
         near = near if near is not None and near.may_begin(plant.system) else None
         value, found = _holding(here, index, plant, known, near, None)
         for _ in range(ROUNDS - 1 if near is None else 0):
@@ -76,7 +76,7 @@ def averages_at(
     system = plant.system
     if not (np.all(np.isfinite(passed.f)) and np.all(np.isfinite(passed.x))):
         return LawAverages()  # laws that run away here: another step will not go there
-    blur = model.blur(passed.f, system) if model.blurred else None
+    blur = _both(model.blur(passed.f, system) if model.blurred else None, trial.blur)
     slopes = np.zeros((len(here.laws), 2))
     for j, row in enumerate(system.drift):
         motion = np.column_stack([passed.x @ row, passed.x @ system.rate[j]])
@@ -91,9 +91,9 @@ def averages_at(
     equivalent = EquivalentLinear(whole - plant.whole, system.F @ tangent)
     if not (np.all(np.isfinite(equivalent.whole)) and np.all(np.isfinite(equivalent.C))):
         return LawAverages(None, blur)
-    if blur is not None:
+    if model.blurred:
         unknown = unknown_forces(here, passed, here.noises[index], equivalent, tangent)
-        blur = blur + unknown**2 @ (system.F**2).T
+        blur = _both(blur, unknown**2 @ (system.F**2).T)
     return LawAverages(equivalent, blur, slopes)
 
 
@@ -152,6 +152,13 @@ def _holding(
             known = likelihood(kept, near.start, simulation(near.start))
         scored.append((known, kept))
     return max(scored, key=lambda pair: pair[0])
+
+
+def _both(one: Array | None, other: Array | None) -> Array | None:
+    """Return the sum of variances, either of which there may not be."""
+    if one is None or other is None:
+        return other if one is None else one
+    return one + other
 
 
 def _ringing(model: Model, here: Assembly, system: System, trial: Trial) -> Array:

@@ -69,10 +69,10 @@ def _density(e, y, innovation, blur, roots, white, balance):
     value, log_det, known = 0.0, 0.0, -1
     for k in range(samples):
         which = min(k, len(innovation) - 1)
-        whole = len(blur) == 0
+        whole = True
         for o in range(m):
             missing[o] = np.isnan(y[k, o])
-            whole = whole and not missing[o]
+            whole = whole and not missing[o] and (len(blur) == 0 or blur[k, o] == 0.0)
         if whole and known == which:
             roots[k] = roots[k - 1]
         else:

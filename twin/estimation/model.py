@@ -27,6 +27,7 @@ class Trial:
         y: outputs, (samples, m); NaN where there is none.
         step_s: sampling interval [s].
         smooth: inputs that are band-limited between samples, (r,); none without.
+        blur: variances of the outputs beside their noise's, (samples, m), if there are any.
     """
 
     u: Array
@@ -34,6 +35,7 @@ class Trial:
     y: Array
     step_s: float
     smooth: NDArray[np.bool_] | None = None
+    blur: Array | None = None
 
     def finely(self, held: NDArray[np.bool_], steps: int) -> Array:
         """Return the inputs where each part of a sample begins, (samples steps, r).

@@ -209,6 +209,7 @@ def _noise_integral(A: Array, G: Array, step_s: float) -> Array:
     if not G.size:
         return np.zeros((n, n))
     block = np.block([[-A, G @ G.T], [np.zeros((n, n)), A.T]]) * step_s
-    power = expm(block)
-    Q = power[n:, n:].T @ power[:n, n:]
+    with np.errstate(over="ignore", invalid="ignore"):  # what runs away has no stationary filter
+        power = expm(block)
+        Q = power[n:, n:].T @ power[:n, n:]
     return np.asarray((Q + Q.T) / 2)

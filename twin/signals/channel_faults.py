@@ -31,6 +31,10 @@ for an offset and ten for a bend."""
 BENDS = 3
 """A baseline is a polynomial of this degree."""
 
+TOGETHER = 4
+"""Wrong samples at most whose shapes overlap: an eighth of the samples that a shape is long. What
+needs more is told from a blow no more."""
+
 LEAVES = 3.0
 """Steps of the converter by which a held value is left at least: a smooth signal that stays L
 samples within one step lies within (1 + 2/L)^2 steps one sample further, 2.8 for three."""
@@ -138,20 +142,50 @@ def spikes(x: Array) -> Fault | None:
     local = np.maximum(scale[: len(size)], scale[len(taps) - 1 :])
     # a median of 129 is worth 48 degrees of freedom: it has 0.37 of the mean's efficiency
     level = -float(stats.t.ppf(FALSE_ALARM / (2 * len(x)), 0.37 * (2 * HALF + 1)))
-    power = float(stats.chi2.isf(FALSE_ALARM, len(taps)))
-    found = []
-    for k in np.flatnonzero(np.abs(size) * norm > level * local):
-        rest = e[k : k + len(taps)] - size[k] * taps
+    found: list[int] = []
+    for k in np.flatnonzero(np.abs(size) * norm > level * local).tolist():
         before = e[max(k - len(taps), 0) : k]
         calm = len(before) == len(taps) and np.max(np.abs(before)) <= level * local[k]
-        if calm and float(rest @ rest) <= power * local[k] ** 2:
-            found.append(int(k))
+        if calm:
+            found += _wrong_together(e, taps, k, level * local[k] / norm, float(local[k]))
     found = _peaks(found, np.abs(size))
     if not found:
         return None
     largest = float(np.max(np.abs(size[found])))
     words = f"{len(found)} single samples are off, by up to {largest:.3g}"
     return Fault("spikes", largest, tuple((k, k) for k in found), words)
+
+
+def _wrong_together(e: Array, taps: Array, first: int, least: float, scale: float) -> list[int]:
+    """Return wrong samples, so close that their shapes overlap; none if it is not all they leave.
+
+    Args:
+        e: innovations, (samples,).
+        taps: the shape that one leaves in them.
+        first: where the first of them is.
+        least: size of a wrong sample.
+        scale: standard deviation of the innovations.
+    """
+    at = [first]
+    while True:
+        rest = e[first : max(at) + len(taps)].copy()
+        shapes = np.zeros((len(rest), len(at)))
+        for i, k in enumerate(at):
+            shape = taps[: len(rest) - (k - first)]
+            shapes[k - first : k - first + len(shape), i] = shape
+        sizes = np.linalg.lstsq(shapes, rest, rcond=None)[0]
+        rest -= shapes @ sizes
+        if np.min(np.abs(sizes)) <= least:
+            return []
+        if float(rest @ rest) <= stats.chi2.isf(FALSE_ALARM, len(rest)) * scale**2:
+            return at
+        if len(at) == TOGETHER:
+            return []
+        more = np.correlate(np.append(rest, np.zeros(len(taps) - 1)), taps, "valid")
+        another = first + int(np.argmax(np.abs(more)))
+        if min(abs(another - k) for k in at) <= 1:
+            return []  # it is no single sample
+        at.append(another)
 
 
 def offset(x: Array) -> Fault | None:

@@ -1,0 +1,57 @@
+"""What an analyser aliases of inputs near half the sampling rate, and outputs do not follow.
+
+An analyser of sampling rate r lets through, less and less, what lies between r / 2.56 and
+r - r / 2.56, and folds what it leaves at a frequency f above r / 2 to r - f: with the gain G of
+the structure at f, not that at r - f. How much of what is recorded there was folded nobody knows.
+At most all of it was: outputs are then off by |G(r - f) - G(f)*| times the input. A hammer's blow,
+whose spectrum is wide, is such an input for as long as it lasts.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import hilbert
+
+from twin.diagnosis.band import USED_BAND
+from twin.model.linear import LinearModel
+
+Array = NDArray[np.float64]
+
+SILENCE = 2
+"""How many times longer than a recording the transform is, so that its end does not meet its
+beginning."""
+
+
+def aliased(model: LinearModel, u: Array, step_s: float, noise: Array) -> Array:
+    """Return variances by which outputs may be off for what was folded, (samples, m).
+
+    Zero where it may as well be noise of the inputs, which is no folded force: of n samples of
+    noise one in n has more than log n times the mean power, and one in n^2 twice as much.
+
+    Args:
+        model: in modal coordinates.
+        u: band-limited inputs, (samples, r).
+        step_s: sampling interval [s].
+        noise: standard deviation of the inputs' noise, (r,).
+    """
+    samples, length = len(u), SILENCE * len(u)
+    ends = np.concatenate([u, np.linspace(u[-1], u[0], length - samples)])
+    spectrum = np.fft.rfft(ends, axis=0)
+    f = np.asarray(np.fft.rfftfreq(length, step_s), float)
+    high = f > 1 / step_s / USED_BAND
+    wrong = gain(model, f[high]) - np.conj(gain(model, 1 / step_s - f[high]))
+    out = np.zeros((len(f), len(model.outputs)), complex)
+    out[high] = np.einsum("fmr,fr->fm", wrong, spectrum[high])
+    error = np.fft.irfft(out, length, axis=0)
+    power = np.abs(hilbert(error, axis=0)[:samples]) ** 2 / 2
+    of_noise = np.sum(np.abs(wrong) ** 2, axis=0) @ noise**2 / len(f)
+    return np.where(power > 2 * np.log(samples) * of_noise, power, 0.0)
+
+
+def gain(model: LinearModel, f: Array) -> NDArray[np.complex128]:
+    """Return the frequency response of a model at frequencies f [Hz], (f, m, r)."""
+    w = 2 * np.pi * f[:, None, None]
+    dynamic = model.K - w**2 * model.M + 1j * w * model.R
+    q = np.linalg.solve(dynamic, np.broadcast_to(model.B, (len(f), *model.B.shape)))
+    return np.asarray((model.Cd + 1j * w * model.Cv - w**2 * model.Ca) @ q + model.Cu)

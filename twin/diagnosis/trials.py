@@ -1,0 +1,61 @@
+"""Recordings as the likelihood sees them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.diagnosis.aliased import aliased
+from twin.diagnosis.measured import Measured
+from twin.diagnosis.straight import hold_error, prefiltered
+from twin.estimation.model import Trial
+
+if TYPE_CHECKING:
+    from twin.diagnosis.problem import Problem
+
+Array = NDArray[np.float64]
+
+EDGE = 16
+"""Samples at the end of a recording that are left out: a channel that is late ends before its
+recording does, by at most an eighth of a period of the band and as much for the filters."""
+
+NOTHING = 1e-3
+"""Share of an output's noise variance below which another variance is none."""
+
+
+def trial_of(
+    problem: Problem, recording: Measured, u: Array | None = None, y: Array | None = None
+) -> Trial:
+    """Return a recording as the likelihood sees it.
+
+    Args:
+        problem: what the inputs do between samples, and whether large motion is seen.
+        recording: what was measured.
+        u: other inputs than its own, (samples, r).
+        y: other outputs, (samples, m).
+    """
+    u = recording.u if u is None else u
+    known, between = np.array(recording.y if y is None else y), u
+    known[len(known) - EDGE :] = np.nan
+    blur = None
+    if not np.all(problem.cornered):
+        smooth = np.where(problem.cornered, 0.0, u)
+        # to first order what the lines miss is what the nominal twin misses
+        known -= hold_error(problem.model, smooth, problem.step_s)
+        between = np.where(problem.cornered, u, prefiltered(u))
+        blur = aliased(problem.model, smooth, problem.step_s, recording.input_noise)
+        blur[blur < NOTHING * recording.output_noise**2] = 0.0
+    if problem.geometry is not None:
+        forces = np.zeros((len(u), problem.pseudo_forces))
+        if recording.geometric is not None:
+            forces = recording.geometric.forces
+            known -= recording.geometric.readings
+        between = np.hstack([between, prefiltered(forces)])
+        u = np.hstack([u, forces])
+    limited = None
+    if problem.rings:
+        limited = np.concatenate([~problem.cornered, np.ones(problem.pseudo_forces, bool)])
+    seen = blur if blur is not None and np.any(blur) else None
+    return Trial(u, between, known, problem.step_s, limited, seen)
