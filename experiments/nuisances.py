@@ -213,11 +213,13 @@ def is_right(result: Mapping[str, Any]) -> bool:
     return bool(result["right"] if "right" in result else not result["structural"])
 
 
-def keep(path: Path, kind: str, results: Mapping[str, Mapping[str, Any]]) -> None:
+def keep(
+    path: Path, kind: str, results: Mapping[str, Mapping[str, Any]], seed: int = SEED
+) -> None:  # fmt: skip
     """Write the results of a kind ("none", "effect") beside those of the other."""
     document = json.loads(path.read_text()) if path.exists() else {}
     cases = [{"case": name, **r, "right": is_right(r)} for name, r in results.items()]
-    document[kind] = {"made_with": versions(), "cases": cases}
+    document[kind] = {"made_with": versions(), "seed": seed, "cases": cases}
     text = json.dumps(document, indent=1, allow_nan=False) + "\n"
     write_whole(path, lambda part: part.write_text(text))
 
@@ -246,7 +248,7 @@ def main() -> None:
                            lambda done, total: print(f"{done} of {total}", flush=True))  # fmt: skip
     print(table(results, given.effect))
     if given.to:
-        keep(given.to, kind, results)
+        keep(given.to, kind, results, given.seed)
 
 
 if __name__ == "__main__":

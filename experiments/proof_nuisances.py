@@ -15,8 +15,9 @@ TEXT = (
     "not be said of the structure, nor hide what is the structure's."
 )
 COMMAND = (
-    "python -m experiments.nuisances --draws 2 [--effect] --to experiments/results/nuisances.json"
+    "python -m experiments.nuisances --draws 2 --seed {seed}{effect} --to FILE  # commit {commit}"
 )
+EFFECT = {"none": "", "effect": " --effect"}
 ASKED = {
     "none": "Nothing concealed: no structural finding",
     "effect": "One structural effect: mechanism and place first",
@@ -26,7 +27,12 @@ ASKED = {
 def nuisances(given: Mapping[str, Any]) -> dict[str, Any]:
     """Return the section, a table for each kind that was run."""
     tables = [_table(kind, given[kind]["cases"]) for kind in ASKED if kind in given]
-    return {"text": TEXT, "command": COMMAND, "tables": tables}
+    command = "\n".join(
+        COMMAND.format(seed=given[kind]["seed"], effect=EFFECT[kind],
+                       commit=given[kind]["made_with"].get("commit", "not known"))
+        for kind in ASKED if kind in given
+    )  # fmt: skip
+    return {"text": TEXT, "command": command, "tables": tables}
 
 
 def _table(kind: str, cases: Sequence[Mapping[str, Any]]) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from twin.diagnosis.predict import predictors
 from twin.diagnosis.prepare import prepare
 from twin.diagnosis.sizes import forces, negligible, of_known
 from twin.estimation.fit import fit
+from twin.mechanisms.appendage import Appendage
 from twin.mechanisms.coulomb_friction import CoulombFriction
 from twin.mechanisms.cubic_stiffness import CubicStiffness
 from twin.mechanisms.damping import Damping
@@ -147,3 +148,16 @@ def test_a_law_of_the_models_own_scatters_by_as_much_as_a_damping_does(problem):
     assert of_known(held, there, [2.0]) == 0.0
     assert of_known(held, CubicStiffness("storey2", 1.0), [2.0]) == 0.0
     assert of_known(problem, here, []) == 0.0
+
+
+def test_what_outputs_read_less_of_than_of_what_no_name_explains_is_nobodys_finding(problem):
+    hung = Appendage("floor1", 2e-4, 27.0, 0.5)
+    for places, level, small in (
+        (("acc_floor1", "acc_floor2"), 1.0, True),
+        (("acc_floor1", "acc_floor2"), 1e-6, False),
+        (("acc_floor2",), 1.0, False),  # the other channel hears it, and is believed
+    ):
+        errors = [SensorUnexplained(place, level, 1.0) for place in places]
+        h = hypothesis(problem, hung, *errors)
+        found = fit(h, most=1, free=np.zeros(len(h.unknowns), bool))
+        assert is_negligible(h, found)[0] == small

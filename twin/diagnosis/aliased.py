@@ -18,9 +18,9 @@ from twin.model.linear import LinearModel
 
 Array = NDArray[np.float64]
 
-SILENCE = 2
-"""How many times longer than a recording the transform is, so that its end does not meet its
-beginning."""
+SMOOTH = 128
+"""Samples by which a recording goes on smoothly to either side, so that its ends are no corners:
+what a corner has at more than 1 / 2.56 of the sampling rate is over in a tenth of them."""
 
 
 def aliased(model: LinearModel, u: Array, step_s: float, noise: Array) -> Array:
@@ -35,8 +35,11 @@ def aliased(model: LinearModel, u: Array, step_s: float, noise: Array) -> Array:
         step_s: sampling interval [s].
         noise: standard deviation of the inputs' noise, (r,).
     """
-    samples, length = len(u), SILENCE * len(u)
-    ends = np.concatenate([u, np.linspace(u[-1], u[0], length - samples)])
+    samples = len(u)
+    before = min(SMOOTH, samples - 1)
+    smooth = np.pad(u, ((before, before), (0, 0)), "reflect", reflect_type="odd")
+    length = 2 * len(smooth)
+    ends = np.concatenate([smooth, np.linspace(smooth[-1], smooth[0], length - len(smooth))])
     spectrum = np.fft.rfft(ends, axis=0)
     f = np.asarray(np.fft.rfftfreq(length, step_s), float)
     high = f > 1 / step_s / USED_BAND
@@ -44,7 +47,7 @@ def aliased(model: LinearModel, u: Array, step_s: float, noise: Array) -> Array:
     out = np.zeros((len(f), len(model.outputs)), complex)
     out[high] = np.einsum("fmr,fr->fm", wrong, spectrum[high])
     error = np.fft.irfft(out, length, axis=0)
-    power = np.abs(hilbert(error, axis=0)[:samples]) ** 2 / 2
+    power = np.abs(hilbert(error, axis=0)[before : before + samples]) ** 2 / 2
     of_noise = np.sum(np.abs(wrong) ** 2, axis=0) @ noise**2 / len(f)
     return np.where(power > 2 * np.log(samples) * of_noise, power, 0.0)
 

@@ -55,7 +55,7 @@ def explained(h: Hypothesis, z: Array, cost: float, top: Explanation) -> Explana
     # another tolerance may be worth as much to this one
     least = top.log_odds + spent - (odds_of(top.hypothesis, top.fit) - top.fit.log_evidence)
     fits = []
-    for option, begun in _within_reach(seen_otherwise(h), z):
+    for option, begun in within_reach(seen_otherwise(h), z):
         try:
             other, found = again(option, fit(option, begun, hopeless=least), steps=0)
         except (ValueError, np.linalg.LinAlgError):
@@ -80,7 +80,7 @@ def seen_otherwise(h: Hypothesis) -> tuple[Hypothesis, ...]:
     return tuple(replace(h, problem=replace(h.problem, low_pass=f)) for f in filters)
 
 
-def _within_reach(options: Sequence[Hypothesis], z: Array) -> list[tuple[Hypothesis, Array]]:
+def within_reach(options: Sequence[Hypothesis], z: Array) -> list[tuple[Hypothesis, Array]]:
     """Return hypotheses that a part of the samples does not rule out, and where fits begin, (p,).
 
     Of one none is ruled out, and where its fit ends on the part tells nothing.

@@ -54,7 +54,8 @@ def likeliest_filter(hypothesis: Hypothesis, found: Fit) -> LowPass:
         if low_pass not in known:
             other = replace(hypothesis, problem=replace(hypothesis.problem, low_pass=low_pass))
             try:
-                here = evaluate(other, found.z, False, averages)
+                with np.errstate(all="ignore"):  # laws that run away behind another filter
+                    here = evaluate(other, found.z, False, averages)
             except (ValueError, np.linalg.LinAlgError):
                 return -np.inf
             # where simulations begin is found once, and serves other filters

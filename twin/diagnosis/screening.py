@@ -76,7 +76,8 @@ def screen(
     for candidate in candidates:
         if candidate.label in promising:
             valleys.append(replace(candidate, starts=tuple(promising[candidate.label])))
-    valleys += _followed(scores, least)
+    if not hypothesis.laws:  # with laws they would be followed beside laws that are held
+        valleys += _followed(scores, least)
     if valleys or any(score.gain > least for score in scores):
         # no small change tells of a resonance that comes from where there is none; but where it
         # matters, something nearer does not fit either

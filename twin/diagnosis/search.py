@@ -16,6 +16,7 @@ from twin.diagnosis.dropping import on_part, settled_against, without_needless
 from twin.diagnosis.explanation import Explanation, explained, from_prior_noise
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.motion import Motion
+from twin.diagnosis.moving import Rival, in_their_place, rivals_of
 from twin.diagnosis.non_parametric import doubtful, in_place_of
 from twin.diagnosis.portion import ROUGH, SURE, beginning_of, on_a_part
 from twin.diagnosis.predict import predictors
@@ -88,6 +89,7 @@ def search(
     # priors that stay what they are, so that evidences of all steps compare
     scales = scales_of(problem, moved)
     unnamed: Explanation | None = None
+    rivals: list[Rival] = []
     step = 0
     while len(best.labels) < MOST:
         step += 1
@@ -109,6 +111,7 @@ def search(
         trifling = False
         if better:
             best = from_prior_noise(_no_trifle(better))
+            rivals += rivals_of(best, fits)
             best = without_needless(best, cost, tried)
             hypothesis, found = at_its_tolerance(*again(best.hypothesis, best.fit))
             gained = odds_of(hypothesis, found) - odds_of(best.hypothesis, best.fit)
@@ -130,6 +133,13 @@ def search(
     if unnamed is not None and unnamed.log_odds > best.log_odds:
         best = unnamed
         moved = motions(problem, best.hypothesis, best.fit.z)
+    if rivals and len(best.labels) > 1:
+        tell("fitting what was nearly as likely")
+    for explanation in in_their_place(best, rivals, cost):
+        _keep(tried, explanation)
+        if explanation.log_odds > best.log_odds:
+            best = explanation
+            moved = motions(problem, best.hypothesis, best.fit.z)
     others = sorted((e for e in tried.values() if e.labels != best.labels),
                     key=lambda e: -e.log_odds)  # fmt: skip
     return Found(nothing, best, tuple(others), tuple(screened), moved)

@@ -4,21 +4,23 @@ The size of what acts on the structure is the RMS of its modal force |p f|, that
 fault the RMS of what it changes in its channel. No law is exact: beside one, what is smaller than
 the discrepancy, or than the share of the laws' own forces that a discrepancy is expected to have,
 is nobody's finding, however much evidence many samples make of it. The spectrum of an unmeasured
-force is known much less well than a law. Beside any of them an instrument that is within its
-calibration is not told from their form; by itself it is.
+force is known much less well than a law, and so is that of what no name explains in a channel.
+Beside any of them an instrument that is within its calibration is not told from their form; by
+itself it is.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis.hypothesis import DISCREPANCY_SHARE, Hypothesis
-from twin.diagnosis.plant import axis_of
 from twin.diagnosis.predict import Predictor
 from twin.diagnosis.problem import Problem
+from twin.diagnosis.pushes import altered, edits, push_of, pushes, read, rms, unexplained_in
+from twin.diagnosis.scales import ROUNDING
 from twin.estimation.fit import Fit
 from twin.mechanisms.mechanism import ChannelFault, Disturbance, Law, Mechanism, StructuralChange
 from twin.model.linear import LinearModel
@@ -30,8 +32,8 @@ CALIBRATED = 0.005
 it by less is no fault beside something else."""
 
 SPECTRUM_SHARE = float(np.sqrt(2) - 1)
-"""Share of an unmeasured force by which it is inexact: 3 dB, by which a resonance's spectrum is off
-another smooth one in its own band."""
+"""Share by which an unmeasured force, or what no name explains in a channel, is inexact: 3 dB, by
+which a resonance's spectrum is off another smooth one in its own band."""
 
 
 def forces(hypothesis: Hypothesis, z: Array, beside: Sequence[Predictor]) -> list[float | None]:
@@ -42,32 +44,7 @@ def forces(hypothesis: Hypothesis, z: Array, beside: Sequence[Predictor]) -> lis
         z: values of its unknowns, (p,).
         beside: the same beside its recordings.
     """
-    mechanisms = hypothesis.at(z)
-    edits, models = _edits(hypothesis, z)
-    model, count = models[-1], len(models[-1].coordinates)
-    sizes: dict[int, float | None] = {
-        index: _rms([_change(before, after, count, s) for s in beside])
-        for index, before, after in zip(edits, models[:-1], models[1:], strict=True)
-    }
-    law = 0
-    for index, mechanism in enumerate(mechanisms):
-        if isinstance(mechanism, Law):
-            row, stiffness = model.port(mechanism.place), mechanism.parted()[1]
-            whole = [s.followed.f[:, law] + stiffness * (s.followed.x[:, : len(row)] @ row)
-                     for s in beside]  # fmt: skip
-            sizes[index] = float(np.linalg.norm(row)) * _rms(whole)
-            law += 1
-        elif isinstance(mechanism, Disturbance):
-            place = mechanism.place
-            based = place in model.places("base")
-            row = model.base[axis_of(model, place)].row if based else model.port(place)
-            sizes[index] = float(np.linalg.norm(row)) * mechanism.oscillator()[2]
-        elif isinstance(mechanism, ChannelFault) and set(mechanism.channels) <= set(model.inputs):
-            own = [model.inputs.index(name) for name in mechanism.channels]
-            moved = [_altered(mechanism, s, model.inputs, s.inputs)[:, own] @ model.B[:, own].T
-                     for s in beside]  # fmt: skip
-            sizes[index] = _rms([np.linalg.norm(m, axis=1) for m in moved])
-    return [sizes.get(index) for index in range(len(mechanisms))]
+    return [None if p is None else _size(p) for p in pushes(hypothesis, z, beside)]
 
 
 def known_forces(hypothesis: Hypothesis, z: Array, beside: Sequence[Predictor]) -> list[float]:
@@ -75,24 +52,7 @@ def known_forces(hypothesis: Hypothesis, z: Array, beside: Sequence[Predictor]) 
     model = hypothesis.problem.model
     known = [m for m in hypothesis.problem.known_at(z) if isinstance(m, Law)]
     first = len(hypothesis.laws)
-    out = []
-    for law, place in enumerate(known, first):
-        row, stiffness = model.port(place.place), place.parted()[1]
-        whole = [s.followed.f[:, law] + stiffness * (s.followed.x[:, : len(row)] @ row)
-                 for s in beside]  # fmt: skip
-        out.append(float(np.linalg.norm(row)) * _rms(whole))
-    return out
-
-
-def _edits(hypothesis: Hypothesis, z: Array) -> tuple[list[int], list[LinearModel]]:
-    """Return which mechanisms edit the model, in order, and the models before and after each."""
-    problem = hypothesis.problem
-    models = [problem.base(z[: len(problem.base_unknowns)])]
-    edits = [(i, m) for i, m in enumerate(hypothesis.at(z)) if isinstance(m, StructuralChange)]
-    edits.sort(key=lambda pair: pair[1].stage)
-    for _, change in edits:
-        models.append(change.edit(models[-1]))
-    return [index for index, _ in edits], models
+    return [_size(push_of(law, i, model, beside)) for i, law in enumerate(known, first)]
 
 
 def negligible(
@@ -111,8 +71,9 @@ def negligible(
     """
     model, problem = hypothesis.problem.model, hypothesis.problem
     mechanisms = hypothesis.at(fit.z)
-    count = len(_edits(hypothesis, fit.z)[1][-1].coordinates)
+    count = len(edits(hypothesis, fit.z)[1][-1].coordinates)
     known = known_forces(hypothesis, fit.z, beside)
+    latent, heard = unexplained_in(mechanisms), pushes(hypothesis, fit.z, beside)
     beside_others = bool(known) or not all(isinstance(m, ChannelFault) for m in mechanisms)
     out = []
     for index, (mechanism, size) in enumerate(zip(mechanisms, sizes, strict=True)):
@@ -127,7 +88,9 @@ def negligible(
         if beside_others and _calibrated(mechanism, model, beside):
             out.append(True)
         elif size is not None:
-            out.append(0.0 < size < left)
+            push, acts = heard[index], not isinstance(mechanism, ChannelFault)
+            lost = bool(latent) and acts and push is not None and _unheard(push, model, latent)
+            out.append(0.0 < size < left or lost)
         elif isinstance(mechanism, ChannelFault):
             smeared = [n for n in mechanism.channels if n in hypothesis.smeared]
             seen = [max(fit.values[f"discrepancy {n}"], DISCREPANCY_SHARE * problem.readings[n])
@@ -137,6 +100,19 @@ def negligible(
         else:
             out.append(False)
     return out
+
+
+def _unheard(push: Array, model: LinearModel, latent: Mapping[str, float]) -> bool:
+    """Return whether outputs read less of modal forces than what no name explains is inexact by.
+
+    Args:
+        push: the forces, (samples, n).
+        model: whose outputs they are.
+        latent: RMS of what no name explains, by channel; there is none in others.
+    """
+    seen = read(push, model)
+    inexact_by = SPECTRUM_SHARE * np.array([latent.get(n, 0.0) for n in model.outputs])
+    return bool(np.all((seen < inexact_by) | (seen <= ROUNDING * np.max(seen))))
 
 
 def _greatest(
@@ -179,7 +155,7 @@ def _scatter(
         return 0.0
     n = len(model.coordinates)
     rates = [s.followed.x[:, count : count + n] for s in beside]
-    return problem.damping_tolerance * _rms([np.linalg.norm(v @ model.R.T, axis=1) for v in rates])
+    return problem.damping_tolerance * _size(np.vstack(rates) @ model.R.T)
 
 
 def inexact(
@@ -241,37 +217,6 @@ def _calibrated(fault: Mechanism, model: LinearModel, beside: Sequence[Predictor
     return max((change / level for change, level in pairs if level), default=0.0) < CALIBRATED
 
 
-def _change(before: LinearModel, after: LinearModel, count: int, predictor: Predictor) -> Array:
-    """Return the magnitude of the modal force that an edit adds, (samples,).
-
-    Args:
-        before: the model without it.
-        after: with it; its further coordinates come behind.
-        count: coordinates of all edits together.
-        predictor: the motion.
-    """
-    old, new = len(before.coordinates), len(after.coordinates)
-    q, v = predictor.followed.x[:, :new], predictor.followed.x[:, count : count + new]
-    a = np.gradient(v, predictor.trial.step_s, axis=0)
-    force = np.zeros((len(q), old))
-    for own, other, motion in (
-        (before.M, after.M, a), (before.R, after.R, v), (before.K, after.K, q)
-    ):  # fmt: skip
-        matrix = np.array(other[:old])
-        matrix[:, :old] -= own
-        force += motion @ matrix.T
-    return np.asarray(np.linalg.norm(force, axis=1))
-
-
-def _altered(
-    fault: ChannelFault, predictor: Predictor, names: Sequence[str], values: Array
-) -> Array:
-    """Return what a fault changes in channels, (samples, channels)."""
-    columns = dict(zip(names, values.T, strict=True))
-    changed = fault.distort(columns, 1 / predictor.trial.step_s)
-    return np.column_stack([changed[n] - columns[n] for n in names])
-
-
 def _altered_by(
     fault: ChannelFault, predictor: Predictor, name: str, model: LinearModel
 ) -> tuple[float, float]:
@@ -280,9 +225,10 @@ def _altered_by(
     names = model.inputs if driven else model.outputs
     values = predictor.inputs if driven else np.nan_to_num(predictor.trial.y) - predictor.followed.e
     column = list(names).index(name)
-    altered = _altered(fault, predictor, names, values)
-    return _rms([altered[:, column]]), _rms([values[:, column]])
+    changed = altered(fault, predictor, names, values)
+    return float(rms(changed[:, column])), float(rms(values[:, column]))
 
 
-def _rms(pieces: Sequence[Array]) -> float:
-    return float(np.sqrt(np.mean(np.concatenate(pieces) ** 2)))
+def _size(push: Array) -> float:
+    """Return the RMS of modal forces, (samples, n)."""
+    return float(rms(np.linalg.norm(push, axis=1)))

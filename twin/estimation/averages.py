@@ -92,8 +92,9 @@ def averages_at(
     if not (np.all(np.isfinite(equivalent.whole)) and np.all(np.isfinite(equivalent.C))):
         return LawAverages(None, blur)
     if model.blurred:
-        unknown = unknown_forces(here, passed, here.noises[index], equivalent, tangent)
-        blur = _both(blur, unknown**2 @ (system.F**2).T)
+        with np.errstate(all="ignore"):  # where laws run away it has no density
+            unknown = unknown_forces(here, passed, here.noises[index], equivalent, tangent)
+            blur = _both(blur, unknown**2 @ (system.F**2).T)
     return LawAverages(equivalent, blur, slopes)
 
 

@@ -31,9 +31,9 @@ for an offset and ten for a bend."""
 BENDS = 3
 """A baseline is a polynomial of this degree."""
 
-TOGETHER = 4
-"""Wrong samples at most whose shapes overlap: an eighth of the samples that a shape is long. What
-needs more is told from a blow no more."""
+TOGETHER = 2
+"""Wrong samples at most whose shapes overlap: what strikes a stop leaves innovations that three or
+four of them imitate."""
 
 LEAVES = 3.0
 """Steps of the converter by which a held value is left at least: a smooth signal that stays L

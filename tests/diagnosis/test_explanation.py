@@ -1,0 +1,48 @@
+"""A part of the samples settles how laws are seen before all of them are fitted."""
+
+from diagnosis_support import lumped, recorded
+
+from twin.diagnosis.beginning import start_of
+from twin.diagnosis.between import again
+from twin.diagnosis.candidates import priors_of
+from twin.diagnosis.explanation import seen_otherwise, within_reach
+from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.portion import SURE, on_a_part
+from twin.diagnosis.prepare import prepare
+from twin.diagnosis.scales import Scales
+from twin.estimation.fit import fit
+from twin.mechanisms.coulomb_friction import CoulombFriction
+
+
+def rubbing(seconds):
+    law = CoulombFriction("storey2", 0.1, 1e-3)
+    twin = lumped().including(CoulombFriction("storey2", 0.1))
+    train, test = [recorded(twin, 1, seconds=seconds)], [recorded(twin, 2)]
+    problem = prepare(lumped(), train, test).train
+    return Hypothesis(problem, (law,), (priors_of([law]),), Scales({"storey2": (1.0, 1e-3, 0.05)}))
+
+
+def test_what_a_part_of_the_samples_rules_out_all_of_them_would():
+    options = seen_otherwise(rubbing(24.0))
+    assert [option.simulated for option in options] == [True, False]
+    left = within_reach(options, start_of(options[0]))
+    values = []
+    for option in options:
+        ((_, z),) = within_reach([option], start_of(option))
+        values.append(again(option, fit(option, z), steps=0)[1].log_evidence)
+    assert abs(values[0] - values[1]) > SURE
+    (only,) = left
+    assert only[0] is options[values.index(max(values))]
+
+
+def test_a_recording_that_is_hardly_longer_than_the_part_rules_out_none():
+    options = seen_otherwise(rubbing(8.0))
+    assert on_a_part(options[0]) is None
+    z = start_of(options[0])
+    assert [option for option, _ in within_reach(options, z)] == list(options)
+
+
+def test_one_alone_is_never_ruled_out():
+    option, _ = seen_otherwise(rubbing(24.0))
+    ((kept, _),) = within_reach([option], start_of(option))
+    assert kept is option

@@ -1,0 +1,85 @@
+"""What was nearly as likely when a mechanism was chosen, beside what was found after it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.diagnosis.beginning import likeliest
+from twin.diagnosis.explanation import Explanation, explained
+from twin.diagnosis.portion import SURE
+
+Array = NDArray[np.float64]
+Label = tuple[str, str]
+
+
+@dataclass(frozen=True)
+class Rival:
+    """An explanation that another one was preferred to.
+
+    Attributes:
+        chosen: name and place of the last mechanism of that other one.
+        explanation: whose last mechanism is another one, and the rest the same.
+    """
+
+    chosen: Label
+    explanation: Explanation
+
+
+def rivals_of(best: Explanation, fits: Sequence[Explanation]) -> list[Rival]:
+    """Return the explanations that are behind by less than what settles anything.
+
+    Args:
+        best: that was chosen among them.
+        fits: explanations with one mechanism each beyond the same others, or several.
+    """
+    common = best.labels[:-1]
+    return [
+        Rival(best.labels[-1], e)
+        for e in fits
+        if e.labels[:-1] == common and e.labels[-1] != best.labels[-1]
+        and e.log_odds > best.log_odds - SURE
+    ]  # fmt: skip
+
+
+def in_their_place(best: Explanation, rivals: Sequence[Rival], cost: float) -> list[Explanation]:
+    """Return the explanation with each rival instead of what was chosen, fitted.
+
+    What is alike to all sensors would else be told apart by what was found later, beside one of the
+    two alone.
+
+    Args:
+        best: the explanation.
+        rivals: of its mechanisms; those of what is not there any more are passed over.
+        cost: of each mechanism [nat].
+    """
+    out = []
+    for rival in rivals:
+        label = rival.explanation.labels[-1]
+        if rival.chosen not in best.labels or label in best.labels or len(best.labels) < 2:
+            continue
+        found = _instead(best, best.labels.index(rival.chosen), rival.explanation, cost)
+        if found is not None:
+            out.append(found)
+    return out
+
+
+def _instead(best: Explanation, at: int, other: Explanation, cost: float) -> Explanation | None:
+    """Return an explanation with the last mechanism of another one at a place of the list."""
+    h = best.hypothesis
+    mechanisms, priors = list(h.mechanisms), list(h.priors)
+    mechanisms[at], priors[at] = other.hypothesis.mechanisms[-1], other.hypothesis.priors[-1]
+    exchanged = replace(h, mechanisms=tuple(mechanisms), priors=tuple(priors))
+    ours, theirs = (
+        {u.name: float(x) for u, x in zip(e.hypothesis.unknowns, e.fit.z, strict=True)}
+        for e in (best, other)
+    )
+    begun = [
+        np.array([known.get(u.name, 0.0) for u in exchanged.unknowns])
+        for known in (theirs | ours, ours | theirs)
+    ]
+    _, z = likeliest(exchanged, begun)
+    return explained(exchanged, z, cost, best)
