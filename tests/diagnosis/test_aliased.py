@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import butter, sosfiltfilt
 
-from twin.diagnosis.aliased import aliased, gain
+from twin.diagnosis.aliased import aliased
 from twin.diagnosis.beginning import start_of
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.measured import Measured
@@ -17,6 +17,7 @@ from twin.estimation.likelihood import passes
 from twin.estimation.sensitivities import plants_of
 from twin.model import Twin
 from twin.model.free_run import free_run
+from twin.model.transfer import transfer
 
 RATE, TIMES, SAMPLES, AT = 64.0, 16, 512, 128
 QUIET = np.zeros(1)
@@ -76,7 +77,7 @@ def test_noise_of_an_input_is_no_folded_force():
 
 def test_the_gain_is_that_of_the_equations():
     f = np.array([1.0, 20.0])
-    found, here = gain(model(), f), model()
+    found, here = transfer(model(), 2j * np.pi * f), model()
     for k, w in enumerate(2 * np.pi * f):
         q = np.linalg.solve(here.K + 1j * w * here.R - w**2 * here.M, here.B)
         np.testing.assert_allclose(found[k], -(w**2) * here.Ca @ q + here.Cu, rtol=1e-9)

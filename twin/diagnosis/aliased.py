@@ -15,6 +15,7 @@ from scipy.signal import hilbert
 
 from twin.diagnosis.band import USED_BAND
 from twin.model.linear import LinearModel
+from twin.model.transfer import transfer
 
 Array = NDArray[np.float64]
 
@@ -43,18 +44,11 @@ def aliased(model: LinearModel, u: Array, step_s: float, noise: Array) -> Array:
     spectrum = np.fft.rfft(ends, axis=0)
     f = np.asarray(np.fft.rfftfreq(length, step_s), float)
     high = f > 1 / step_s / USED_BAND
-    wrong = gain(model, f[high]) - np.conj(gain(model, 1 / step_s - f[high]))
+    s = np.asarray(2j * np.pi * f[high], complex)
+    wrong = transfer(model, s) - np.conj(transfer(model, 2j * np.pi / step_s - s))
     out = np.zeros((len(f), len(model.outputs)), complex)
     out[high] = np.einsum("fmr,fr->fm", wrong, spectrum[high])
     error = np.fft.irfft(out, length, axis=0)
     power = np.abs(hilbert(error, axis=0)[before : before + samples]) ** 2 / 2
     of_noise = np.sum(np.abs(wrong) ** 2, axis=0) @ noise**2 / len(f)
     return np.where(power > 2 * np.log(samples) * of_noise, power, 0.0)
-
-
-def gain(model: LinearModel, f: Array) -> NDArray[np.complex128]:
-    """Return the frequency response of a model at frequencies f [Hz], (f, m, r)."""
-    w = 2 * np.pi * f[:, None, None]
-    dynamic = model.K - w**2 * model.M + 1j * w * model.R
-    q = np.linalg.solve(dynamic, np.broadcast_to(model.B, (len(f), *model.B.shape)))
-    return np.asarray((model.Cd + 1j * w * model.Cv - w**2 * model.Ca) @ q + model.Cu)

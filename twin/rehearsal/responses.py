@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.model.linear import LinearModel
+from twin.model.transfer import receptance, transfer
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -74,27 +75,6 @@ def driven_by(model: LinearModel, place: str) -> LinearModel:
     else:
         row, direct = model.port(place), np.zeros(len(model.outputs))
     return replace(model, inputs=("effect",), B=row[:, None], Cu=direct[:, None])
-
-
-def receptance(model: LinearModel, s: Complex) -> Complex:
-    """Return q for unit forces on q at s [1/s], (frequencies, n, n) [m/N].
-
-    A motion that nothing holds has none at s = 0: there it is left out.
-    """
-    at = s[:, None, None]
-    dynamic = model.K + at * model.R + at**2 * model.M
-    still = s == 0
-    out = np.zeros(dynamic.shape, complex)
-    out[~still] = np.linalg.inv(dynamic[~still])
-    out[still] = np.linalg.pinv(model.K)
-    return out
-
-
-def transfer(model: LinearModel, s: Complex) -> Complex:
-    """Return outputs for unit inputs at s [1/s], (frequencies, m, r)."""
-    at = s[:, None, None]
-    seen = model.Cd + at * model.Cv + at**2 * model.Ca
-    return np.asarray(seen @ receptance(model, s) @ model.B + model.Cu)
 
 
 def response(model: LinearModel, inputs: Array, rate_hz: float) -> Array:

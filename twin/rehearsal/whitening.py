@@ -18,13 +18,8 @@ from twin.estimation.kalman import gains
 from twin.estimation.system import Noise, System, sampled
 from twin.mechanisms.mechanism import ChannelFault, Disturbance, Law, Mechanism, StructuralChange
 from twin.model.linear import LinearModel
-from twin.rehearsal.responses import (
-    driven_by,
-    force_response,
-    motion,
-    response,
-    transfer,
-)
+from twin.model.transfer import transfer
+from twin.rehearsal.responses import driven_by, force_response, motion, response
 
 Array = NDArray[np.float64]
 

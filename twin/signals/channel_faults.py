@@ -171,8 +171,7 @@ def _wrong_together(e: Array, taps: Array, first: int, least: float, scale: floa
         rest = e[first : max(at) + len(taps)].copy()
         shapes = np.zeros((len(rest), len(at)))
         for i, k in enumerate(at):
-            shape = taps[: len(rest) - (k - first)]
-            shapes[k - first : k - first + len(shape), i] = shape
+            shapes[k - first : k - first + len(taps), i] = taps
         sizes = np.linalg.lstsq(shapes, rest, rcond=None)[0]
         rest -= shapes @ sizes
         if np.min(np.abs(sizes)) <= least:
