@@ -73,7 +73,8 @@ def negligible(
     mechanisms = hypothesis.at(fit.z)
     count = len(edits(hypothesis, fit.z)[1][-1].coordinates)
     known = known_forces(hypothesis, fit.z, beside)
-    latent, heard = unexplained_in(mechanisms), pushes(hypothesis, fit.z, beside)
+    latent = unexplained_in(mechanisms)
+    heard = pushes(hypothesis, fit.z, beside) if latent else [None] * len(mechanisms)
     beside_others = bool(known) or not all(isinstance(m, ChannelFault) for m in mechanisms)
     out = []
     for index, (mechanism, size) in enumerate(zip(mechanisms, sizes, strict=True)):
@@ -89,7 +90,7 @@ def negligible(
             out.append(True)
         elif size is not None:
             push, acts = heard[index], not isinstance(mechanism, ChannelFault)
-            lost = bool(latent) and acts and push is not None and _unheard(push, model, latent)
+            lost = acts and push is not None and _unheard(push, model, latent)
             out.append(0.0 < size < left or lost)
         elif isinstance(mechanism, ChannelFault):
             smeared = [n for n in mechanism.channels if n in hypothesis.smeared]
