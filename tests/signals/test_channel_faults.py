@@ -83,17 +83,27 @@ def test_wrong_samples_of_twice_what_noise_reaches_are_found_where_they_are(seed
     assert found.size == pytest.approx(2 * reached, rel=0.3)
 
 
-@pytest.mark.parametrize("apart", [2, 8, 20])
-def test_wrong_samples_close_to_each_other_are_found_like_others(apart):
+@pytest.mark.parametrize(("apart", "times"), [(2, 16.0), (8, 8.0), (20, 8.0)])
+def test_wrong_samples_close_to_each_other_are_found_like_others(apart, times):
     found = 0
     for seed in FAULTY:
         _, motion, _ = structure(seed)
         x = motion[:, 0].copy()
-        reached = 8.0 * np.max(local_scale(innovations(x, prediction_error_filter(x))))
+        reached = times * np.max(local_scale(innovations(x, prediction_error_filter(x))))
         x[[1500, 1500 + apart]] += np.array([2, -2]) * reached
         fault = spikes(x)
         found += fault is not None and {k for k, _ in fault.samples} == {1500, 1500 + apart}
     assert found >= 9, "next to a blow nothing is said"
+
+
+@pytest.mark.parametrize("left", [12, 20, 48])
+def test_a_wrong_sample_is_found_where_the_record_ends_before_its_shape(left):
+    _, motion, _ = structure(FAULTY[0])
+    x = motion[:, 0].copy()
+    reached = np.max(local_scale(innovations(x, prediction_error_filter(x))))
+    at = {SAMPLES - left - 24, SAMPLES - left}
+    x[sorted(at)] += np.array([30, -30]) * reached
+    assert {k for k, _ in spikes(x).samples} == at
 
 
 @pytest.mark.parametrize("seed", FAULTY)

@@ -31,9 +31,9 @@ for an offset and ten for a bend."""
 BENDS = 3
 """A baseline is a polynomial of this degree."""
 
-TOGETHER = 2
-"""Wrong samples at most whose shapes overlap: what strikes a stop leaves innovations that three or
-four of them imitate."""
+OF_A_BLOW = 3
+"""Numbers that a blow at a stop has: when, how hard and how long. A wrong sample that leaves no
+more innovations beyond the noise than that could be one."""
 
 LEAVES = 3.0
 """Steps of the converter by which a held value is left at least: a smooth signal that stays L
@@ -137,9 +137,10 @@ def spikes(x: Array) -> Fault | None:
     taps = prediction_error_filter(x)
     e = innovations(x, taps)
     scale = local_scale(e)
-    norm = float(np.sqrt(taps @ taps))
-    size = np.correlate(e, taps, "valid") / norm**2  # of a wrong sample k, at k
-    local = np.maximum(scale[: len(size)], scale[len(taps) - 1 :])
+    left = np.minimum(np.arange(len(e), 0, -1), len(taps))  # the record may end before the shape
+    norm = np.sqrt(np.cumsum(taps**2))[left - 1]
+    size = _against(e, taps) / norm**2  # of a wrong sample k, at k
+    local = np.maximum(scale, scale[np.arange(len(e)) + left - 1])
     # a median of 129 is worth 48 degrees of freedom: it has 0.37 of the mean's efficiency
     level = -float(stats.t.ppf(FALSE_ALARM / (2 * len(x)), 0.37 * (2 * HALF + 1)))
     found: list[int] = []
@@ -147,7 +148,7 @@ def spikes(x: Array) -> Fault | None:
         before = e[max(k - len(taps), 0) : k]
         calm = len(before) == len(taps) and np.max(np.abs(before)) <= level * local[k]
         if calm:
-            found += _wrong_together(e, taps, k, level * local[k] / norm, float(local[k]))
+            found += _wrong_together(e, taps, k, level * local[k], float(local[k]))
     found = _peaks(found, np.abs(size))
     if not found:
         return None
@@ -156,35 +157,43 @@ def spikes(x: Array) -> Fault | None:
     return Fault("spikes", largest, tuple((k, k) for k in found), words)
 
 
-def _wrong_together(e: Array, taps: Array, first: int, least: float, scale: float) -> list[int]:
+def _wrong_together(e: Array, taps: Array, first: int, beyond: float, scale: float) -> list[int]:
     """Return wrong samples, so close that their shapes overlap; none if it is not all they leave.
+
+    They are believed where they stand for more innovations beyond the noise than as many blows
+    would, which have ``OF_A_BLOW`` numbers each.
 
     Args:
         e: innovations, (samples,).
         taps: the shape that one leaves in them.
         first: where the first of them is.
-        least: size of a wrong sample.
+        beyond: what an innovation is beyond the noise from.
         scale: standard deviation of the innovations.
     """
     at = [first]
     while True:
         rest = e[first : max(at) + len(taps)].copy()
+        blows = int(np.sum(np.abs(rest) > beyond)) / OF_A_BLOW
         shapes = np.zeros((len(rest), len(at)))
         for i, k in enumerate(at):
-            shapes[k - first : k - first + len(taps), i] = taps
+            seen = taps[: len(e) - k]
+            shapes[k - first : k - first + len(seen), i] = seen
         sizes = np.linalg.lstsq(shapes, rest, rcond=None)[0]
         rest -= shapes @ sizes
-        if np.min(np.abs(sizes)) <= least:
+        small = np.abs(sizes) * np.sqrt(np.sum(shapes**2, axis=0)) <= beyond
+        if np.any(small) or blows < len(at):
             return []
         if float(rest @ rest) <= stats.chi2.isf(FALSE_ALARM, len(rest)) * scale**2:
             return at
-        if len(at) == TOGETHER:
-            return []
-        more = np.correlate(np.append(rest, np.zeros(len(taps) - 1)), taps, "valid")
-        another = first + int(np.argmax(np.abs(more)))
+        another = first + int(np.argmax(np.abs(_against(rest, taps))))
         if min(abs(another - k) for k in at) <= 1:
             return []  # it is no single sample
         at.append(another)
+
+
+def _against(e: Array, taps: Array) -> Array:
+    """Return the matched filter's output, (samples,): zeros follow what is over."""
+    return np.correlate(np.append(e, np.zeros(len(taps) - 1)), taps, "valid")
 
 
 def offset(x: Array) -> Fault | None:
