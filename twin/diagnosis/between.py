@@ -13,12 +13,14 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnosis.beginning import attempted, likeliest, start_of
+from twin.diagnosis.beginning import added, attempted, likeliest, moved_to, start_of
+from twin.diagnosis.candidates import Candidate, motions, priors_of, surroundings
 from twin.diagnosis.filtering import likeliest_filter
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.portion import on_a_part
 from twin.diagnosis.problem import Between, Problem
 from twin.estimation.fit import Fit, fit
+from twin.mechanisms.sensor_delay import SensorDelay
 
 Array = NDArray[np.float64]
 
@@ -40,11 +42,32 @@ KINDS: dict[Between, str] = {
 def choose(problem: Problem) -> tuple[Problem, Array]:
     """Return the problem with what the inputs do between samples, and a calibration.
 
-    Band-limited unless another is better from there on.
+    Band-limited unless another is better from there on. What holds its value is half a sample late,
+    and so may be a channel: another than band-limited is asked for again beside delays of all
+    outputs.
     """
     blank = Hypothesis(problem)
     hypothesis, found = again(blank, fit(blank, start_of(blank)))
+    if _odds(hypothesis.problem) > _odds(replace(hypothesis.problem, between=problem.between)):
+        late, z = _late(hypothesis, found)
+        other, beside = again(late, fit(late, z))
+        if other.problem != hypothesis.problem and beside.log_evidence > found.log_evidence:
+            hypothesis = replace(blank, problem=other.problem)
+            values = dict(zip((u.name for u in late.unknowns), beside.z, strict=True))
+            found = fit(hypothesis, np.array([values[u.name] for u in hypothesis.unknowns]))
     return hypothesis.problem, found.z
+
+
+def _late(hypothesis: Hypothesis, found: Fit) -> tuple[Hypothesis, Array]:
+    """Return a hypothesis with a delay of every output beside, and where its fit begins, (p,)."""
+    problem, grown, z = hypothesis.problem, hypothesis, found.z
+    moved = motions(problem, hypothesis, z)
+    for place in problem.model.outputs:
+        starts = SensorDelay.starts(place, surroundings(problem, moved, place))
+        none = SensorDelay(place)
+        more = added(grown, Candidate(starts, priors_of(starts)), none)
+        grown, z = more, moved_to(more, grown, z, none)
+    return grown, z
 
 
 def again(hypothesis: Hypothesis, found: Fit, steps: int = FEW) -> tuple[Hypothesis, Fit]:

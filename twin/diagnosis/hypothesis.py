@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from twin.diagnosis.blurring import CUT_OFF, smear
 from twin.diagnosis.mending import mended
-from twin.diagnosis.plants import TINY, Plants, plants_at, start_covariance
+from twin.diagnosis.plants import TINY, Plants, in_each, plants_at, start_covariance
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.scales import Scales
 from twin.diagnosis.straight import ringing
@@ -50,6 +50,10 @@ of a law's force."""
 DISCREPANCY_SHARE, DISCREPANCY_DEVIATION = 0.01, 2.0
 """Prior of a law's discrepancy: a hundredth of the forces at its port, give or take a factor of
 seven; of a channel's that sees it jump, the same of its reading."""
+
+RANGED = 1.0
+"""Prior deviation of the logarithm of what an instrument adds to one recording over what it adds to
+others: ranges of an amplifier are set to each, in steps of two to three."""
 
 
 @dataclass(frozen=True)
@@ -128,7 +132,7 @@ class Hypothesis:
 
     @cached_property
     def unknowns(self) -> tuple[Unknown, ...]:
-        """Base, mechanisms, discrepancies, noise levels, in this order."""
+        """Base, mechanisms, discrepancies, noise levels and what is ranged, in this order."""
         out = list(self.problem.base_unknowns)
         for mechanism, priors in zip(self.mechanisms, self.priors, strict=True):
             role: Any = "law" if isinstance(mechanism, Law) else "system"
@@ -150,7 +154,18 @@ class Hypothesis:
             out.append(Unknown(f"discrepancy {place}", level, DISCREPANCY_DEVIATION, True,
                                level=True))  # fmt: skip
             out.append(Unknown(f"discrepancy {place} frequency", float(np.log(quick)), 1.0, True))
-        return (*out, *self.problem.noise_unknowns)
+        ranged = [
+            Unknown(f"{m.name} {m.place} in {r.name}", 0.0, RANGED, True, "system", t)
+            for m in self._ranged
+            for t, r in enumerate(self.problem.recordings)
+        ]
+        return (*out, *self.problem.noise_unknowns, *ranged)
+
+    @property
+    def _ranged(self) -> list[ChannelFault]:
+        """What instruments add, where several recordings have each its own strength of it."""
+        faults = [m for m in self.mechanisms if isinstance(m, ChannelFault) and m.ranged]
+        return faults if len(self.problem.recordings) > 1 else []
 
     @cached_property
     def middle_hz(self) -> float:
@@ -262,7 +277,8 @@ class Hypothesis:
             return self._kept[key]
         levels = list(zip(self.doubted, latent[::2], latent[1::2], strict=True))
         base = z[: len(self.problem.base_unknowns)]
-        plants = plants_at(self.problem, base, mechanisms, levels, self.simulated)
+        several = in_each(mechanisms, self._ranged, RANGED * z, len(self.problem.recordings))
+        plants = plants_at(self.problem, base, several, levels, self.simulated)
         starts = tuple(
             start_covariance(self.problem, t, plants.stepped[k]) for t, k in enumerate(plants.which)
         )

@@ -58,6 +58,7 @@ def plant_of(
             from sample to sample, (n,), 0 where none is to; 1 without.
         pseudo_forces: further inputs, each a force on one of the first coordinates.
     """
+    own = len(model.coordinates)
     for mechanism in sorted(mechanisms, key=lambda m: m.stage):
         if isinstance(mechanism, StructuralChange):
             model = mechanism.edit(model)
@@ -82,7 +83,7 @@ def plant_of(
     more = np.ones((n, 1))
     if noise_gain is not None:
         more[: len(noise_gain), 0] = noise_gain
-    noises = np.hstack([model.B, np.eye(n)])
+    noises = np.hstack([model.B, np.diag(_stirred(model.M, model.K, own))])
     W, V = entry(more * noises)[0], entry(np.where(more > 0, noises, 0.0))[1]
     V[:, : len(model.inputs)] += model.Cu
     drift, rate = np.hstack([rows, 0 * rows]), np.hstack([0 * rows, rows])
@@ -105,6 +106,23 @@ def plant_of(
         if isinstance(mechanism, ChannelFault):
             plant = _seen_through(plant, model, mechanism, readings)
     return plant
+
+
+def _stirred(M: Array, K: Array, own: int) -> Array:
+    """Return the force that process noise of unit level is on each coordinate, (n,).
+
+    It is a share of the inertia forces: of a mode 1, for its mass is; of a mass that hangs on the
+    structure as much as moves with it, and of a base what the structure's inertia does to it.
+
+    Args:
+        M: of all coordinates, (n, n).
+        K: of all coordinates, (n, n).
+        own: how many of them are the structure's modes.
+    """
+    follows = K[own:, :own] / np.maximum(np.abs(np.diag(K)[own:]), 1e-300)[:, None]
+    carried = np.linalg.norm(np.diag(M)[own:, None] * follows, axis=1)
+    borne = np.linalg.norm(M[own:, :own], axis=1)
+    return np.concatenate([np.ones(own), carried + borne])
 
 
 def require_passive(

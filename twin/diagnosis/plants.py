@@ -1,4 +1,4 @@
-"""The plants of a hypothesis: one for each set of masses that recordings were made with."""
+"""The plants of a hypothesis: one for each set of masses and ranges of recordings."""
 
 from __future__ import annotations
 
@@ -44,8 +44,29 @@ class Plants:
     which: tuple[int, ...]
 
 
+def in_each(
+    mechanisms: Sequence[Mechanism], ranged: Sequence[Mechanism], logs: Array, count: int
+) -> list[tuple[Mechanism, ...]]:
+    """Return the mechanisms as they are in each of so many recordings.
+
+    Args:
+        mechanisms: as they are on the average.
+        ranged: those that differ, by name and place.
+        logs: ends in the logarithm of their strength in each recording, over that.
+        count: of the recordings.
+    """
+    where = {(m.name, m.place): i for i, m in enumerate(ranged)}
+    times = np.exp(np.reshape(logs[len(logs) - count * len(where) :], (-1, count)))
+
+    def there(mechanism: Mechanism, t: int) -> Mechanism:
+        at = where.get((mechanism.name, mechanism.place))
+        return mechanism if at is None else mechanism.scaled(float(times[at, t]))
+
+    return [tuple(there(m, t) for m in mechanisms) for t in range(count)]
+
+
 def plants_at(
-    problem: Problem, z: Array, mechanisms: Sequence[Mechanism],
+    problem: Problem, z: Array, mechanisms: Sequence[tuple[Mechanism, ...]],
     levels: Sequence[tuple[str, float, float]], simulated: bool,
 ) -> Plants:  # fmt: skip
     """Return the plants at values z of the base unknowns, (base unknowns,).
@@ -53,7 +74,7 @@ def plants_at(
     Args:
         problem: whose recordings they are.
         z: the values.
-        mechanisms: in any order.
+        mechanisms: of each recording, in any order; the structure's are alike in all.
         levels: port or output, RMS and corner frequency of each discrepancy.
         simulated: whether the laws are.
 
@@ -61,25 +82,26 @@ def plants_at(
         ValueError: mechanisms that take more damping than there is.
     """
     base = problem.base(z)
-    require_passive(base, lambda: problem.damping(base.M, base.K, z), mechanisms)
+    require_passive(base, lambda: problem.damping(base.M, base.K, z), mechanisms[0])
     bases = [base, problem.base(z, own=True)] if simulated and problem.rings else [base]
     loads = [tuple(sorted(r.added_mass.items())) for r in problem.recordings]
-    distinct = list(dict.fromkeys(loads))
+    cases = list(zip(loads, mechanisms, strict=True))
+    distinct = list(dict.fromkeys(cases))
     made: list[tuple[Plant, ...]] = []
     for unloaded in bases:
         models = []
-        for load in distinct:
+        for load, _ in distinct:
             model = unloaded
             for place, mass in load:
                 model = model.loaded(place, mass)
             models.append(model)
         made.append(tuple(
-            plant_of(model, mechanisms, levels, problem.readings, problem.noise_gain,
+            plant_of(model, own, levels, problem.readings, problem.noise_gain,
                      problem.pseudo_forces)
-            for model in models
+            for model, (_, own) in zip(models, distinct, strict=True)
         ))  # fmt: skip
     own = made[1] if len(made) > 1 else ()
-    return Plants(made[0], own, tuple(distinct.index(load) for load in loads))
+    return Plants(made[0], own, tuple(distinct.index(case) for case in cases))
 
 
 def start_covariance(problem: Problem, trial: int, plant: Plant) -> Array:

@@ -88,7 +88,7 @@ class Profiled:
 def profiled(
     unknowns: Sequence[Unknown], free: NDArray[np.bool_], value: Value, z: Array
 ) -> tuple[list[str], list[Part], Profiled]:
-    """Return a fit whose unknowns but for noise can be projected out.
+    """Return a fit whose unknowns, but for those of one recording, can be projected out.
 
     Args:
         unknowns: of the fit.
@@ -99,7 +99,8 @@ def profiled(
     Returns:
         Their names, what whitens the innovations of each recording, and both profiled.
     """
-    shared = [i for i, u in enumerate(unknowns) if free[i] and u.role != "noise"]
+    shared = [i for i, u in enumerate(unknowns)
+              if free[i] and u.role != "noise" and u.trial is None]  # fmt: skip
     parts = [gaussian(r, t) for r, t in zip(value.runs, value.trials, strict=True)]
     slopes = []
     for index, (part, run) in enumerate(zip(parts, value.runs, strict=True)):

@@ -20,7 +20,7 @@ from twin.diagnosis.response import respond
 from twin.diagnosis.score_test import ScoreTest
 from twin.diagnosis.valleys import Score, first_of_each, of_valleys
 from twin.estimation.fit import Fit
-from twin.mechanisms.mechanism import Disturbance, Law, Mechanism, StructuralChange
+from twin.mechanisms.mechanism import ChannelFault, Disturbance, Law, Mechanism, StructuralChange
 
 Array = NDArray[np.float64]
 _Direction = tuple[Candidate, Mechanism, list[tuple[Mechanism, float]]]
@@ -58,6 +58,11 @@ def screen(
                 likelier = np.argsort(rises)[len(rises) // 2 :]
                 kept = tuple(candidate.starts[i] for i in sorted(likelier))
                 valleys.append(replace(candidate, starts=kept))
+        elif isinstance(first, ChannelFault) and first.ranged:
+            # what only adds to a channel changes the covariance as well
+            rises = [test.whole(candidate, start) for start in candidate.starts]
+            at = int(np.argmax(rises))
+            scores.append(Score(candidate, candidate.starts[at], max(rises[at], 0.0)))
         elif first.valleys == 1 and (freed := _freed(test, candidate, first)) is not None:
             scores.append(freed)
         else:
@@ -206,8 +211,8 @@ def _stronger(first: Mechanism, other: Mechanism) -> float | None:
 
     A strength is a multiple of the first parameter, of its distance from one, or a power of it.
     """
-    if not first.parameters:
-        return None
+    if not first.parameters or first.with_values(other.values) != other:
+        return None  # nothing to be stronger, or one of another form
     name = next(iter(first.parameters))
     a, b, twice = first.values[name], other.values[name], first.scaled(2.0).values[name]
     ratios = []

@@ -231,6 +231,8 @@ class ChannelFault(Mechanism):
         like_jumps: True where it cannot be told from a law that jumps by the samples alone.
     """
 
+    ranged: ClassVar[bool] = False
+    """True where each recording has its own strength of what the instrument adds."""
     fitted: ClassVar[bool] = True
     like_jumps: ClassVar[bool] = False
     in_samples: ClassVar[bool] = False

@@ -22,6 +22,11 @@ ORDER = 4
 """Of the Butterworth filter that gives a band its edges."""
 
 
+STROKE_M = 1.0
+"""RMS displacement of a base at most: the largest shaking tables have it as their stroke, strong
+ground motion reaches it. An acceleration that would move it farther is a sensor's zero."""
+
+
 EDGED = 0.25
 """Width over frequency of the first guess of a band with edges: a third of an octave."""
 
@@ -66,7 +71,10 @@ class UnmeasuredForce(Disturbance):
         """Return frequency [Hz], bandwidth [Hz] and rms [N, or m/s^2 at the ground]."""
         # a bandwidth of nothing has no stationary filter; this one rings for hours
         width = min(max(self.bandwidth, 1e-4 * self.frequency), WIDEST_HZ)
-        return min(self.frequency, WIDEST_HZ), width, self.rms
+        frequency, size = min(self.frequency, WIDEST_HZ), self.rms
+        if _is_base(self.place):
+            size /= np.hypot(1.0, size / (STROKE_M * (2 * np.pi * frequency) ** 2))
+        return frequency, width, size
 
     def shaping(self) -> tuple[Array, Array, Array]:
         """Return the filter that makes the force from white noise of unit intensity."""
@@ -104,7 +112,7 @@ class UnmeasuredForce(Disturbance):
         own = np.sort(np.asarray(around.natural_frequencies, float))
         middle = float(np.sqrt(own[0] * own[-1])) if len(own) else 1.0
         scale = 0.02 * around.stiffness * rms(around.drift)
-        if place == GROUND or place.rpartition(".")[0] == GROUND:
+        if _is_base(place):
             scale /= max(around.mass_above, 1e-9)
         lines = [*around.peaks, *own[:4], *np.sqrt(own[1:] * own[:-1])[:3]]
         widths = [(f, 0.002 * f) for f in around.peaks] + [(f, 0.02 * f) for f in lines]
@@ -112,6 +120,10 @@ class UnmeasuredForce(Disturbance):
         edged = (cls(place, scale, float(f), EDGED * float(f), 1.0) for f in around.peaks[:2])
         broad = (cls(place, scale, middle, 2 * middle, edges) for edges in (0.0, 1.0))
         return (*broad, *narrow, *edged)
+
+
+def _is_base(place: str) -> bool:
+    return place == GROUND or place.rpartition(".")[0] == GROUND
 
 
 def _band(low: float, high: float) -> tuple[Array, Array, Array]:
