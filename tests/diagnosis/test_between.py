@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from diagnosis_support import rng, tones
+from diagnosis_support import lumped, rng, tones
+from diagnosis_support import recorded as frame
 
 from twin.diagnosis.between import again, choose, filter_in_words, in_words
 from twin.diagnosis.explanation import seen_otherwise
@@ -14,6 +15,7 @@ from twin.estimation.fit import fit
 from twin.estimation.low_pass import LowPass
 from twin.mechanisms.bumper import Bumper
 from twin.mechanisms.coulomb_friction import CoulombFriction
+from twin.mechanisms.shifting import later
 from twin.model import Twin
 from twin.recording import Recording
 
@@ -58,6 +60,17 @@ def test_a_wrong_choice_is_mended_once_the_twin_fits(problem):
     same, kept = again(found, fitted)
     assert same is found
     assert kept is fitted
+
+
+def test_a_channel_that_is_late_is_not_taken_for_inputs_that_are_held():
+    late = []
+    for seed in (1, 2):
+        clean = frame(lumped(), seed, at="floor1", noise=5e-4)
+        columns = {name: np.array(clean.column(name)) for name in clean.names}
+        columns["acc_floor1"] = later(columns["acc_floor1"], 0.4 / RATE, clean.sampling_hz)
+        late.append(Recording.build(clean.sampling_hz, columns, clean.source))
+    found, _ = choose(prepare(lumped(), late, [frame(lumped(), 3)]).train)
+    assert set(found.between) == {"band_limited"}
 
 
 def test_how_a_jump_is_seen_is_said_where_a_law_jumps(problem):

@@ -4,13 +4,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from diagnosis_support import lumped, recorded
+from diagnosis_support import lumped, recorded, rng
 
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.prepare import prepare
+from twin.estimation.fit import fit
+from twin.estimation.likelihood import evaluate
+from twin.mechanisms.appendage import Appendage
+from twin.mechanisms.base_compliance import BaseCompliance
 from twin.mechanisms.damping import Damping
 from twin.mechanisms.mass import Mass
 from twin.mechanisms.p_delta import PDelta
+from twin.mechanisms.sensor_drift import FLICKER, SensorDrift
+from twin.recording import Recording
 
 
 def frequencies(A):
@@ -45,3 +51,59 @@ def test_no_more_damping_can_be_missing_than_there_is():
         else:
             with pytest.raises(ValueError, match="less damping than none"):
                 h.assemble(np.zeros(len(h.unknowns)))
+
+
+def test_a_mass_that_hangs_on_the_structure_is_stirred_as_its_inertia_is():
+    problem = prepare(lumped(), [recorded(lumped(), 1)], [recorded(lumped(), 2)]).train
+    empty = Hypothesis(problem)
+    bare = evaluate(empty, np.zeros(len(empty.unknowns))).log_likelihood
+    rises = []
+    for mass in (1e-2, 1e-4, 1e-6):
+        hung = Appendage("floor2", mass, 2.6, 0.01)
+        priors = {name: (float(np.log(value)), 1.0) for name, value in hung.values.items()}
+        h = replace(empty, mechanisms=(hung,), priors=(priors,))
+        rises.append(evaluate(h, np.zeros(len(h.unknowns))).log_likelihood - bare)
+        (system,) = h.assemble(np.zeros(len(h.unknowns))).systems
+        rows = slice(len(problem.model.coordinates) + 1, None)
+        accelerations = np.linalg.norm(system.W[rows, len(problem.model.inputs) :], axis=1)
+        assert accelerations[-1] == pytest.approx(np.linalg.norm(problem.model.port("floor2")))
+    assert abs(rises[2]) < 0.1, "what weighs nothing changes nothing"
+    assert abs(rises[2]) < abs(rises[1]) < abs(rises[0])
+
+
+def test_a_base_is_stirred_by_what_the_structure_does_to_it():
+    problem = prepare(lumped(), [recorded(lumped(), 1)], [recorded(lumped(), 2)]).train
+    soft = BaseCompliance("ground", 1e4, 10.0)
+    priors = {name: (float(np.log(value)), 1.0) for name, value in soft.values.items()}
+    h = replace(Hypothesis(problem), mechanisms=(soft,), priors=(priors,))
+    (system,) = h.assemble(np.zeros(len(h.unknowns))).systems
+    assert np.all(np.isfinite(system.W))
+    assert np.linalg.norm(system.W[-1, len(problem.model.inputs) :]) > 0
+
+
+def test_a_drift_of_another_strength_in_each_recording_is_found_as_such():
+    strengths = (0.01, 0.08)
+    drifting = []
+    for seed, strength in enumerate(strengths):
+        clean = recorded(lumped(), seed)
+        columns = {name: np.array(clean.column(name)) for name in clean.names}
+        walk = np.cumsum(rng(seed).standard_normal(clean.samples)) / np.sqrt(clean.sampling_hz)
+        columns["acc_floor1"] = columns["acc_floor1"] + strength * walk
+        drifting.append(Recording.build(clean.sampling_hz, columns, clean.source))
+    problem = prepare(lumped(), drifting, [recorded(lumped(), 5)]).train
+    drift = SensorDrift("acc_floor1", 0.03)
+    h = replace(
+        Hypothesis(problem), mechanisms=(drift,), priors=({"rate": (float(np.log(0.03)), 1.5)},)
+    )
+    found = fit(h)
+    rate = found.values["sensor_drift acc_floor1 rate"]
+    for recording, strength in zip(problem.recordings, strengths, strict=True):
+        own = found.values[f"sensor_drift acc_floor1 in {recording.name}"]
+        assert rate * own == pytest.approx(strength, rel=0.25)
+
+
+def test_one_recording_has_no_strength_beside_the_drift_s_own():
+    problem = prepare(lumped(), [recorded(lumped(), 1)], [recorded(lumped(), 2)]).train
+    flicker = SensorDrift("acc_floor1", 0.03, form=FLICKER)
+    h = replace(Hypothesis(problem), mechanisms=(flicker,), priors=({"rate": (-3.5, 1.5)},))
+    assert len(h.unknowns) == len(Hypothesis(problem).unknowns) + 1

@@ -1,11 +1,15 @@
 """Instruments as small linear systems, and what is read off a channel's samples."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from mechanism_support import error
+from scipy.linalg import expm
 from scipy.signal import cont2discrete
 
 from twin import mechanisms
+from twin.mechanisms.sensor_drift import FLICKER, RAMP, WALK
 from twin.mechanisms.shifting import later, stretched
 
 ALL = mechanisms.vocabulary()
@@ -66,22 +70,40 @@ def test_a_hum_is_the_free_motion_of_its_oscillators():
 
 
 @pytest.mark.parametrize(
-    ("name", "values"), [("sensor_drift", (0.2,)), ("sensor_unexplained", (0.3, 2.0))]
+    ("name", "values", "form"),
+    [
+        ("sensor_drift", (0.2,), {"form": WALK}),
+        ("sensor_drift", (0.2,), {"form": FLICKER}),
+        ("sensor_drift", (0.2,), {"form": RAMP}),
+        ("sensor_unexplained", (0.3, 2.0), {}),
+    ],
 )
-def test_a_random_error_has_the_covariance_of_its_states(name, values):
-    fault = ALL[name]("acc", *values)
-    lag = 40
-    instrument = fault.instrument(1.0)
-    a = float(np.exp(instrument.A[0, 0] * lag / RATE))
+def test_a_random_error_has_the_covariance_of_its_states(name, values, form):
+    fault = ALL[name]("acc", *values, **form)
+    lag, instrument = 40, fault.instrument(0.0)
+    zeros = {"acc": np.zeros(SAMPLES)}
     histories = [
-        type(fault)("acc", *values, float(seed)).distort({"acc": np.zeros(SAMPLES)}, RATE)["acc"]
-        for seed in range(20)
+        replace(fault, seed=float(seed)).distort(zeros, RATE)["acc"][[0, lag, 10 * lag]]
+        for seed in range(400)
     ]
-    steps = np.concatenate([h[lag:] - a * h[:-lag] for h in histories])
-    drive = float(instrument.G[0, 0]) ** 2
-    rate = -float(instrument.A[0, 0])
-    wanted = drive * lag / RATE if rate == 0 else drive * (1 - a**2) / (2 * rate)
-    assert np.mean(steps**2) == pytest.approx(wanted, rel=0.1)
+    # the covariance P' = A P + P A' + G G' of the states, in steps much shorter than they move in
+    P, step = instrument.start.copy(), expm(instrument.A / RATE / 64)
+    wanted = [instrument.C @ P @ instrument.C.T]
+    for count in (lag, 9 * lag):
+        for _ in range(64 * count):
+            P = step @ P @ step.T + instrument.G @ instrument.G.T / RATE / 64
+        wanted.append(instrument.C @ P @ instrument.C.T)
+    found = np.mean(np.square(histories), axis=0)
+    assert found == pytest.approx(np.ravel(wanted), rel=0.2, abs=1e-12)
+
+
+def test_a_flicker_has_the_same_power_in_every_decade():
+    flicker = ALL["sensor_drift"]("acc", 0.2, form=FLICKER).instrument(1.0)
+    f = np.geomspace(0.03, 30, 50)
+    answers = [np.linalg.solve(2j * np.pi * x * np.eye(5) - flicker.A, flicker.G) for x in f]
+    density = np.array([np.linalg.norm(flicker.C @ a) ** 2 for a in answers])
+    even = density * f / np.mean(density * f)
+    assert np.all(np.abs(even - 1) < 0.1)
 
 
 def test_a_wrong_clock_stretches_and_is_put_right():

@@ -20,7 +20,7 @@ walk, bias instability and rate ramp."""
 
 CORNERS_HZ = (0.01, 0.1, 1.0, 10.0, 100.0)
 """Of first-order processes of one variance, whose spectra add up to 1/f: one a decade keeps within
-3 % of it (Keshner 1982)."""
+a tenth of it from 0.03 to 30 Hz (Keshner 1982)."""
 
 SECOND_S = 1.0
 """Time in which a zero, or the slope of a ramp, wanders by the rate."""

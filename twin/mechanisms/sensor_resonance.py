@@ -20,9 +20,12 @@ DECAYED = 10.0
 
 @dataclass(frozen=True)
 class SensorResonance(ChannelFault):
-    """Recorded = w^2 / (s^2 + 2 damping_ratio w s + w^2) true, w = 2 pi frequency.
+    """Recorded = (2 damping_ratio w s + w^2) / (s^2 + 2 damping_ratio w s + w^2) true.
 
-    Source: ISO 5348, mounted resonance of an accelerometer.
+    With w = 2 pi frequency: what a sensor moves by that a spring and a dashpot hold to the
+    structure.
+
+    Source: ISO 5348, mounted resonance of an accelerometer; Den Hartog 1934, transmissibility.
     """
 
     name: ClassVar[str] = "sensor_resonance"
@@ -55,15 +58,17 @@ class SensorResonance(ChannelFault):
         return self._change(columns, lambda x: through(x, self._response, rate_hz, reach))
 
     def instrument(self, rms: float) -> Instrument:
-        """Return the oscillator whose displacement is read."""
+        """Return the oscillator whose motion is read."""
         w = 2 * np.pi * self.frequency
-        A = np.array([[0.0, 1.0], [-(w**2), -2 * self.damping_ratio * w]])
+        dashpot = 2 * self.damping_ratio * w
+        A = np.array([[-dashpot, 1.0], [-(w**2), 0.0]])
         start = np.diag([rms**2, (w * rms) ** 2])
-        return Instrument.of(A, np.array([0.0, w**2]), np.array([1.0, 0.0]), 0.0, start)
+        return Instrument.of(A, np.array([dashpot, w**2]), np.array([1.0, 0.0]), 0.0, start)
 
     def _response(self, frequency: Array) -> NDArray[np.complex128]:
         r = frequency / self.frequency
-        return np.asarray(1 / (1 - r**2 + 2j * self.damping_ratio * r))
+        dashpot = 2j * self.damping_ratio * r
+        return np.asarray((1 + dashpot) / (1 - r**2 + dashpot))
 
     @classmethod
     def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:
