@@ -62,13 +62,15 @@ def test_a_wrong_choice_is_mended_once_the_twin_fits(problem):
     assert kept is fitted
 
 
-def test_a_channel_that_is_late_is_not_taken_for_inputs_that_are_held():
+@pytest.mark.parametrize(("channel", "samples"), [("acc_floor1", 0.4), ("acc_floor2", 0.8)])
+def test_a_channel_that_is_late_is_not_taken_for_inputs_that_are_held(channel, samples):
     late = []
-    for seed in (1, 2):
-        clean = frame(lumped(), seed, at="floor1", noise=5e-4)
+    for seed, floor in ((1, "floor1"), (2, "floor2")):
+        clean = frame(lumped(), seed, at=floor)
+        rate = clean.sampling_hz
         columns = {name: np.array(clean.column(name)) for name in clean.names}
-        columns["acc_floor1"] = later(columns["acc_floor1"], 0.4 / RATE, clean.sampling_hz)
-        late.append(Recording.build(clean.sampling_hz, columns, clean.source))
+        columns[channel] = later(columns[channel], samples / rate, rate)
+        late.append(Recording.build(rate, columns, clean.source))
     found, _ = choose(prepare(lumped(), late, [frame(lumped(), 3)]).train)
     assert set(found.between) == {"band_limited"}
 
