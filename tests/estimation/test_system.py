@@ -4,7 +4,7 @@ from estimation_support import two_masses
 from scipy.integrate import solve_ivp
 from scipy.linalg import solve_discrete_lyapunov
 
-from twin.estimation.system import sampled
+from twin.estimation.system import noise_integral, sampled
 
 
 @pytest.mark.parametrize("steps", [1, 3])
@@ -44,3 +44,15 @@ def test_the_noise_of_a_latent_force_leaves_its_stationary_covariance():
     assert P[4, 4] == pytest.approx(0.3**2, rel=1e-9)
     # and it is that of the continuous equation
     assert pytest.approx(0, abs=1e-8) == system.A @ P + P @ system.A.T + system.G @ system.G.T
+
+
+def test_noise_through_modes_that_decay_within_a_sample_leaves_a_covariance():
+    # the integral of exp((a_i + a_j) s) g_i g_j, seen through a turn that couples all of them
+    decay, entry, step_s = np.array([-0.3, -40.0, -9e3, -3e4]), np.array([1.0, -2, 30, 50]), 1 / 192
+    sums = decay[:, None] + decay
+    exact = np.outer(entry, entry) * np.expm1(sums * step_s) / sums
+    turn, _ = np.linalg.qr(np.random.default_rng(1).standard_normal((4, 4)))
+    found = turn.T @ noise_integral(turn * decay @ turn.T, (turn @ entry)[:, None], step_s) @ turn
+    size = np.sqrt(np.diag(exact))
+    assert np.abs((found - exact) / np.outer(size, size)).max() < 1e-6
+    assert np.linalg.eigvalsh(found)[0] > -1e-12 * np.linalg.eigvalsh(found)[-1]
