@@ -55,7 +55,8 @@ def explained(h: Hypothesis, z: Array, cost: float, top: Explanation) -> Explana
     # another tolerance may be worth as much to this one
     least = top.log_odds + spent - (odds_of(top.hypothesis, top.fit) - top.fit.log_evidence)
     fits = []
-    for option, begun in within_reach(seen_otherwise(h), z):
+    options = [seen for form in in_every_form(h) for seen in seen_otherwise(form)]
+    for option, begun in within_reach(options, z):
         try:
             other, found = again(option, fit(option, begun, hopeless=least), steps=0)
         except (ValueError, np.linalg.LinAlgError):
@@ -63,6 +64,15 @@ def explained(h: Hypothesis, z: Array, cost: float, top: Explanation) -> Explana
         if np.isfinite(found.log_evidence):
             fits.append(Explanation(other, found, odds_of(other, found) - spent))
     return max(fits, key=lambda e: e.log_odds, default=None)
+
+
+def in_every_form(h: Hypothesis) -> list[Hypothesis]:
+    """Return a hypothesis with its last mechanism in each form that it may have.
+
+    A band with edges and an oscillator's are told apart by the fits, not by where they begin.
+    """
+    *before, last = h.mechanisms
+    return [replace(h, mechanisms=(*before, form)) for form in last.forms()]
 
 
 def seen_otherwise(h: Hypothesis) -> tuple[Hypothesis, ...]:

@@ -22,13 +22,15 @@ from twin.diagnosis.next_test import next_test
 from twin.diagnosis.offer import offer
 from twin.diagnosis.pictures import force_pictures
 from twin.diagnosis.predict import predictors
-from twin.diagnosis.prepare import DAMPING_TOLERANCE, UNKNOWN, Prepared, prepare
+from twin.diagnosis.prepare import DAMPING_TOLERANCE, UNKNOWN, Prepared, hidden_in_words, prepare
 from twin.diagnosis.problem import Problem
+from twin.diagnosis.read_off import ReadOff
 from twin.diagnosis.result import Diagnosis, Finding
 from twin.diagnosis.round_numbers import has_round_numbers
 from twin.diagnosis.search import Found, search
 from twin.diagnosis.valleys import Score
 from twin.diagnosis.verdict import Judgement, judge
+from twin.diagnosis.wrong_samples import without_wrong
 from twin.estimation.fit import fit
 from twin.mechanisms.mass import Mass
 from twin.mechanisms.stiffness import Stiffness
@@ -114,6 +116,9 @@ def diagnose(
     else:
         problem, start = choose(ready.train)
         found = search(problem, offer(problem, ready.kinds), clock, start)
+        found, faults = _without_wrong(found, ready.kinds, clock)
+        seen = tuple(hidden_in_words(fault) for fault in faults)
+        ready = replace(ready, faults=(*ready.faults, *faults), notes=(*ready.notes, *seen))
     problem = found.best.hypothesis.problem
     clock("judging the explanations")
     beside = predictors(found.best.hypothesis, found.best.fit.z)
@@ -150,6 +155,31 @@ def diagnose(
         seconds=clock.seconds,
         steps=dict(clock.steps),
     )
+
+
+def _without_wrong(
+    found: Found, kinds: Mapping[str, str], clock: Callable[[str], None]
+) -> tuple[Found, tuple[ReadOff, ...]]:
+    """Return what is found without samples that are wrong beside it, if that is likelier."""
+    faults: tuple[ReadOff, ...] = ()
+    while True:
+        hypothesis, z = found.best.hypothesis, found.best.fit.z
+        read, spent = list[ReadOff](), 0.0
+        while True:
+            problem, more, cost = without_wrong(hypothesis, z)
+            if not more:
+                break
+            read, spent = [*read, *more], spent + cost
+            hypothesis = replace(hypothesis, problem=problem)
+            z = fit(hypothesis, z).z
+        if not read:
+            return found, faults
+        clock("leaving out samples that are wrong beside what was found")
+        problem, start = choose(problem)
+        other = search(problem, offer(problem, kinds), clock, start)
+        if other.best.log_odds - spent <= found.best.log_odds:
+            return found, faults
+        found, faults = other, (*faults, *read)
 
 
 def _as_known(ready: Prepared, anything: Prepared) -> Prepared:

@@ -148,7 +148,7 @@ def prepare(
         measured = [_in_band(m, band, model, rate, notes) for m in measured]
     read = read_off(measured, model, kinds, rate)
     measured = [m for m, _ in read]
-    notes += [_hidden(f) for _, found in read for f in found if f.hidden]
+    notes += [hidden_in_words(f) for _, found in read for f in found if f.hidden]
     filtered: tuple[Between, ...] = tuple("band_limited" for _ in inputs)
     problems = [
         _scaled(Problem(model, tuple(part), rate, tolerance, damping_tolerance, filtered,
@@ -188,7 +188,8 @@ def _in_band(
     return replace(measured, input_noise=seen, input_deviation=SEEN_ABOVE)
 
 
-def _hidden(found: ReadOff) -> str:
+def hidden_in_words(found: ReadOff) -> str:
+    """Say how many samples of which channel a fault hides."""
     where = found.fault
     return f"{found.recording}: {where.name} hides {found.hidden} samples of {where.place}"
 

@@ -27,7 +27,7 @@ from twin.diagnosis.valleys import WIDTH, Score, first_of_each
 from twin.estimation.fit import fit
 from twin.estimation.likelihood import evaluate
 from twin.estimation.passing import Run
-from twin.mechanisms.mechanism import ChannelFault
+from twin.mechanisms.mechanism import ChannelFault, Disturbance
 
 Array = NDArray[np.float64]
 
@@ -202,6 +202,8 @@ def _ends_in_a_trifle(best: Explanation) -> bool:
     hypothesis, z = best.hypothesis, best.fit.z
     if isinstance(hypothesis.mechanisms[-1], ChannelFault):
         return False  # a channel's calibration says nothing of the structure
+    if any(isinstance(m, Disturbance) for m in hypothesis.mechanisms[:-1]):
+        return False  # names that are not found yet may be in a force that nobody measured
     beside = predictors(hypothesis, z)
     return negligible(hypothesis, best.fit, beside, forces(hypothesis, z, beside))[-1]
 

@@ -103,6 +103,10 @@ class Mechanism(ABC):
         """Return the mechanism with other parameter values (floats or arrays)."""
         return replace(self, **{self.fields_of.get(n, n): v for n, v in values.items()})
 
+    def forms(self) -> tuple[Self, ...]:
+        """Return it in every form that it may have with the same parameters."""
+        return (self,)
+
     def scaled(self, factor: float) -> Self:
         """Return the mechanism with its effect ``factor`` times as strong.
 
@@ -229,10 +233,10 @@ class ChannelFault(Mechanism):
         in_samples: True where an estimator changes the samples by ``undo`` (``distort``).
         fitted: False where it is read off the samples and nothing of it is estimated.
         like_jumps: True where it cannot be told from a law that jumps by the samples alone.
+        ranged: True where each recording has its own strength of what it adds.
     """
 
     ranged: ClassVar[bool] = False
-    """True where each recording has its own strength of what the instrument adds."""
     fitted: ClassVar[bool] = True
     like_jumps: ClassVar[bool] = False
     in_samples: ClassVar[bool] = False

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
 import numpy as np
@@ -66,6 +66,10 @@ class UnmeasuredForce(Disturbance):
         """Return each parameter's unit at a port in "m" or "rad", or at a base in "m/s^2"."""
         strength = {"m": "N", "rad": "N m", "m/s^2": "m/s^2"}[port_unit]
         return {"rms": strength, "frequency": "Hz", "bandwidth": "Hz"}
+
+    def forms(self) -> tuple[Self, ...]:
+        """Return it as an oscillator's and with edges."""
+        return replace(self, edged=0.0), replace(self, edged=1.0)
 
     def oscillator(self) -> tuple[float, float, float]:
         """Return frequency [Hz], bandwidth [Hz] and rms [N, or m/s^2 at the ground]."""
