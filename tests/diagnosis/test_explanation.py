@@ -1,17 +1,20 @@
 """A part of the samples settles how laws are seen before all of them are fitted."""
 
+from dataclasses import replace
+
 from diagnosis_support import lumped, recorded
 
 from twin.diagnosis.beginning import start_of
 from twin.diagnosis.between import again
 from twin.diagnosis.candidates import priors_of
-from twin.diagnosis.explanation import seen_otherwise, within_reach
+from twin.diagnosis.explanation import in_every_form, seen_otherwise, within_reach
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.portion import SURE, on_a_part
 from twin.diagnosis.prepare import prepare
 from twin.diagnosis.scales import Scales
 from twin.estimation.fit import fit
 from twin.mechanisms.coulomb_friction import CoulombFriction
+from twin.mechanisms.unmeasured_force import UnmeasuredForce
 
 
 def rubbing(seconds):
@@ -46,3 +49,11 @@ def test_one_alone_is_never_ruled_out():
     option, _ = seen_otherwise(rubbing(24.0))
     ((kept, _),) = within_reach([option], start_of(option))
     assert kept is option
+
+
+def test_a_force_that_nobody_measured_is_fitted_with_edges_and_without():
+    force = UnmeasuredForce("floor1", 0.1, 2.0, 1.0)
+    both = in_every_form(replace(rubbing(8.0), mechanisms=(force,)))
+    assert [h.mechanisms[-1].edged for h in both] == [0.0, 1.0]
+    assert all(h.mechanisms[-1].values == force.values for h in both)
+    assert in_every_form(rubbing(8.0)) == [rubbing(8.0)]

@@ -91,8 +91,7 @@ class Mechanism(ABC):
     @classmethod
     def units(cls, port_unit: str) -> dict[str, str]:
         """Return each parameter's unit at a port whose motion is in "m" or in "rad"."""
-        written = {name: parameter.unit for name, parameter in cls.parameters.items()}
-        return {name: of_port(u, cls.port_unit, port_unit) for name, u in written.items()}
+        return {n: of_port(p.unit, cls.port_unit, port_unit) for n, p in cls.parameters.items()}
 
     @property
     def values(self) -> dict[str, float]:
