@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis import drawing
+from twin.diagnosis.beginning import attempted
 from twin.diagnosis.between import choose, filter_in_words, in_words, motion_in_words
 from twin.diagnosis.by_simulation import loosened, search_by_simulation
 from twin.diagnosis.comparison import compare
@@ -33,6 +34,7 @@ from twin.diagnosis.verdict import Judgement, judge
 from twin.diagnosis.wrong_samples import without_wrong
 from twin.estimation.fit import fit
 from twin.mechanisms.mass import Mass
+from twin.mechanisms.sensor_spikes import PASSES
 from twin.mechanisms.stiffness import Stiffness
 from twin.model import Twin
 from twin.recording import Recording
@@ -165,17 +167,17 @@ def _without_wrong(
     while True:
         hypothesis, z = found.best.hypothesis, found.best.fit.z
         read, spent = list[ReadOff](), 0.0
-        while True:
+        for _ in range(PASSES):
             problem, more, cost = without_wrong(hypothesis, z)
-            if not more:
+            again = attempted(replace(hypothesis, problem=problem), z) if more else None
+            if again is None:
                 break
+            hypothesis, z = replace(hypothesis, problem=problem), again.z
             read, spent = [*read, *more], spent + cost
-            hypothesis = replace(hypothesis, problem=problem)
-            z = fit(hypothesis, z).z
         if not read:
             return found, faults
         clock("leaving out samples that are wrong beside what was found")
-        problem, start = choose(problem)
+        problem, start = choose(hypothesis.problem)
         other = search(problem, offer(problem, kinds), clock, start)
         if other.best.log_odds - spent <= found.best.log_odds:
             return found, faults
