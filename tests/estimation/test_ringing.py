@@ -68,16 +68,33 @@ def in_steps(more):
     return np.array(out)
 
 
+def fast(entry):
+    """The mode, driven by laws through their entry, (1, laws)."""
+    return Ringing(
+        np.array([OMEGA**2]), np.array([2 * RATIO * OMEGA]), np.array([2 * STEPPED * OMEGA]),
+        entry, SEEN,
+    )  # fmt: skip
+
+
 def test_a_fast_mode_is_seen_as_it_rings_behind_the_filter_not_as_it_is_stepped():
     forces, more, weighed = knocks()
-    fast = Ringing(
-        np.array([OMEGA**2]), np.array([2 * RATIO * OMEGA]), np.array([2 * STEPPED * OMEGA]),
-        np.array([[1.0]]), SEEN,
-    )  # fmt: skip
-    beyond = fast.beyond(forces[:, :, None], more[:, :, None], weighed[0], STEPS, STEP_S)[:, :, 0]
+    rings = fast(np.array([[1.0]]))
+    beyond = rings.beyond(forces[:, :, None], more[:, :, None], weighed[0], STEPS, STEP_S)[:, :, 0]
     true, stepped = through_the_filter(forces, weighed), in_steps(more)
     size = np.sqrt(np.mean(true**2, axis=0))
     before = np.sqrt(np.mean((stepped - true) ** 2, axis=0)) / size
     after = np.sqrt(np.mean((stepped + beyond - true) ** 2, axis=0)) / size
     assert np.all(before > 0.2)
     assert np.all(after < 0.01)
+
+
+def test_laws_at_one_port_ring_as_one_force_that_is_their_sum():
+    forces, more, weighed = knocks()
+    one, none = fast(np.array([[1.0]])), np.zeros_like
+    both = fast(np.array([[1.0, 1.0, 0.5]]))
+    shares = np.array([0.7, 0.3])
+    split = np.hstack([forces * shares, none(forces)])
+    sums = np.hstack([np.hstack([column * shares, none(column)]) for column in more.T[:, :, None]])
+    whole = one.beyond(forces[:, :, None], more[:, :, None], weighed[0], STEPS, STEP_S)
+    found = both.beyond(split[:, :, None], sums[:, :, None], weighed[0], STEPS, STEP_S)
+    np.testing.assert_allclose(found, whole, atol=1e-12 * np.abs(whole).max())

@@ -53,6 +53,8 @@ class Ringing:
             steps: parts of a sample.
             step_s: sampling interval [s].
         """
+        # what acts at one port acts as one force
+        forces, more = self._ports[1] @ forces, np.kron(np.eye(3), self._ports[1]) @ more
         samples, laws = len(more), forces.shape[1]
         before = np.repeat(forces[steps - 1 : steps], REACH * steps, axis=0)
         driven = np.concatenate([before, forces])
@@ -69,6 +71,12 @@ class Ringing:
         return np.asarray(true - _through(found, more[:, laws:], coarse)[:samples])
 
     @cached_property
+    def _ports(self) -> tuple[Array, Array]:
+        """Return the entry of each port, (k, ports), and which laws act there, (ports, laws)."""
+        entry, which = np.unique(self.entry, axis=1, return_inverse=True)
+        return entry, np.asarray(np.ravel(which) == np.arange(entry.shape[1])[:, None], float)
+
+    @cached_property
     def _answers(self) -> dict[tuple[int, ...], tuple[Complex, Complex]]:
         return {}
 
@@ -78,7 +86,7 @@ class Ringing:
         q = 1 / (s[:, None] ** 2 + self.rate * s[:, None] + self.square)
         a = -self.square * q - self.rate * s[:, None] * q
         response = sum(
-            np.einsum("mk,fk,kl->fml", read, answer, self.entry, optimize=True)
+            np.einsum("mk,fk,kl->fml", read, answer, self._ports[0], optimize=True)
             for read, answer in zip(self.seen, (q, s[:, None] * q, a), strict=True)
         )
         return np.asarray(response * np.conj(np.fft.rfft(shown, length))[:, None, None])
@@ -95,7 +103,7 @@ class Ringing:
             q, v = q + states, v + pole * states
         a = -self.square * q - self.stepped * v
         response = sum(
-            np.einsum("mk,dfk,kl->fmdl", read, answer, self.entry, optimize=True)
+            np.einsum("mk,dfk,kl->fmdl", read, answer, self._ports[0], optimize=True)
             for read, answer in zip(self.seen, (q, v, a), strict=True)
         )
         return np.asarray(response).reshape(len(z), self.seen.shape[1], -1)
