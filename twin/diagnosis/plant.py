@@ -111,18 +111,20 @@ def plant_of(
 def _stirred(M: Array, K: Array, own: int) -> Array:
     """Return the force that process noise of unit level is on each coordinate, (n,).
 
-    It is a share of the inertia forces: of a mode 1, for its mass is; of a mass that hangs on the
-    structure as much as moves with it, and of a base what the structure's inertia does to it.
+    It is a share of the inertia forces: of a mode 1, for its mass is; of what hangs on the
+    structure, or gives way under it, its own mass times what follows the modes, each slow beside it
+    as its spring and its inertia move it.
 
     Args:
         M: of all coordinates, (n, n).
         K: of all coordinates, (n, n).
         own: how many of them are the structure's modes.
     """
-    follows = K[own:, :own] / np.maximum(np.abs(np.diag(K)[own:]), 1e-300)[:, None]
-    carried = np.linalg.norm(np.diag(M)[own:, None] * follows, axis=1)
-    borne = np.linalg.norm(M[own:, :own], axis=1)
-    return np.concatenate([np.ones(own), carried + borne])
+    square = np.diag(K)[:own] / np.diag(M)[:own]
+    moved_by = K[own:, :own] - M[own:, :own] * square
+    follows = moved_by / np.maximum(np.abs(np.diag(K)[own:]), 1e-300)[:, None]
+    inertia = np.diag(M)[own:] * np.linalg.norm(follows, axis=1)
+    return np.concatenate([np.ones(own), inertia])
 
 
 def require_passive(
