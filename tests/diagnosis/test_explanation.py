@@ -53,7 +53,8 @@ def test_one_alone_is_never_ruled_out():
 
 def test_a_force_that_nobody_measured_is_fitted_with_edges_and_without():
     force = UnmeasuredForce("floor1", 0.1, 2.0, 1.0)
-    both = in_every_form(replace(rubbing(8.0), mechanisms=(force,)))
+    rubs = rubbing(8.0)
+    both = in_every_form(replace(rubs, mechanisms=(force,)))
     assert [h.mechanisms[-1].edged for h in both] == [0.0, 1.0]
     assert all(h.mechanisms[-1].values == force.values for h in both)
-    assert in_every_form(rubbing(8.0)) == [rubbing(8.0)]
+    assert [h.mechanisms for h in in_every_form(rubs)] == [rubs.mechanisms]
