@@ -48,7 +48,7 @@ def choose(problem: Problem) -> tuple[Problem, Array]:
     """
     blank = Hypothesis(problem)
     hypothesis, found = again(blank, fit(blank, start_of(blank)))
-    if _odds(hypothesis.problem) > _odds(replace(hypothesis.problem, between=problem.between)):
+    if set(hypothesis.problem.between) != {"band_limited"}:
         late, z = _late(hypothesis, found)
         other, beside = again(late, fit(late, z))
         if other.problem != hypothesis.problem and beside.log_evidence > found.log_evidence:

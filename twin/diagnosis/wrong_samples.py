@@ -11,7 +11,6 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
 
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.problem import Problem
@@ -19,8 +18,7 @@ from twin.diagnosis.read_off import ReadOff
 from twin.estimation.likelihood import evaluate
 from twin.estimation.passing import Run
 from twin.mechanisms.sensor_spikes import SensorSpikes
-from twin.signals.fault import FALSE_ALARM
-from twin.signals.whitening import HALF, local_scale
+from twin.signals.whitening import HALF, local_scale, noise_level
 
 Array = NDArray[np.float64]
 
@@ -82,9 +80,8 @@ def _wrong(run: Run, y: Array, inputs: int) -> list[tuple[int, int, float]]:
     alone = np.einsum("ki,kij->kj", left, inverse)
     alone /= np.sqrt(np.diagonal(inverse, axis1=1, axis2=2))
     scale = np.column_stack([local_scale(alone[:, c]) for c in range(m)])
-    level = -float(stats.t.ppf(FALSE_ALARM / (2 * left.size), 0.37 * (2 * HALF + 1)))
     size = np.abs(alone) / np.maximum(scale, 1e-300)
-    places = np.argwhere(size > level)
+    places = np.argwhere(size > noise_level(left.size))
     found: list[tuple[int, int, float]] = []
     for k, c in places[np.argsort(-size[tuple(places.T)])].tolist():
         begin = max(k - 1, 0)

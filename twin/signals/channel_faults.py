@@ -16,7 +16,13 @@ from twin.signals.fault import FALSE_ALARM, Fault
 from twin.signals.mains import hum
 from twin.signals.mains import tapers as slepian
 from twin.signals.noise_floor import noise_floor
-from twin.signals.whitening import HALF, innovations, local_scale, prediction_error_filter
+from twin.signals.whitening import (
+    HALF,
+    innovations,
+    local_scale,
+    noise_level,
+    prediction_error_filter,
+)
 
 Array = NDArray[np.float64]
 
@@ -141,8 +147,7 @@ def spikes(x: Array) -> Fault | None:
     norm = np.sqrt(np.cumsum(taps**2))[left - 1]
     size = _against(e, taps) / norm**2  # of a wrong sample k, at k
     local = np.maximum(scale, scale[np.arange(len(e)) + left - 1])
-    # a median of 129 is worth 48 degrees of freedom: it has 0.37 of the mean's efficiency
-    level = -float(stats.t.ppf(FALSE_ALARM / (2 * len(x)), 0.37 * (2 * HALF + 1)))
+    level = noise_level(len(x))
     found: list[int] = []
     for k in np.flatnonzero(np.abs(size) * norm > level * local).tolist():
         before = e[max(k - len(taps), 0) : k]
