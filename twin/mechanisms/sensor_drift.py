@@ -9,6 +9,7 @@ from typing import ClassVar, Self
 import numpy as np
 from scipy.linalg import expm
 
+from twin.estimation.system import noise_integral
 from twin.mechanisms.instrument import Instrument
 from twin.mechanisms.mechanism import Array, ChannelFault, Surroundings
 from twin.mechanisms.scales import rms
@@ -95,11 +96,7 @@ class SensorDrift(ChannelFault):
         """Return one history, (samples,)."""
         made = self.instrument(0.0)
         A, k = expm(made.A * step_s), len(made.A)
-        # covariance of a step's noise by Van Loan 1978
-        block = expm(
-            np.block([[-made.A, made.G @ made.G.T], [np.zeros((k, k)), made.A.T]]) * step_s
-        )
-        noise = _root(A @ block[:k, k:])
+        noise = _root(noise_integral(made.A, made.G, step_s))
         state, out = _root(made.start) @ rng.standard_normal(k), np.empty(samples)
         for n, white in enumerate(rng.standard_normal((samples, k))):
             out[n] = made.C[0] @ state
