@@ -112,8 +112,7 @@ def _stirred(M: Array, K: Array, own: int) -> Array:
     """Return the force that process noise of unit level is on each coordinate, (n,).
 
     It is a share of the inertia forces: of a mode 1, for its mass is; of what hangs on the
-    structure, or gives way under it, its own mass times what follows the modes, each slow beside it
-    as its spring and its inertia move it.
+    structure, or gives way under it, its own mass times its quasi-static motion with every mode.
 
     Args:
         M: of all coordinates, (n, n).
