@@ -12,7 +12,7 @@ from twin.diagnosis.plant import plant_of
 from twin.diagnosis.predict import nrmse, predictors
 from twin.diagnosis.prepare import prepare
 from twin.diagnosis.problem import LINEAR_PHASE, Problem
-from twin.diagnosis.straight import above, hold_error, noise_gain
+from twin.diagnosis.straight import above, hold_error, noise_gain, prefiltered
 from twin.diagnosis.trials import trial_of
 from twin.estimation.fit import fit
 from twin.estimation.likelihood import passes
@@ -72,6 +72,16 @@ def test_a_beam_whose_upper_modes_are_fast_is_predicted_to_a_thousandth(off):
     late = slice(SAMPLES // 2, SAMPLES - 20)
     left = np.sqrt(np.mean(run.e[late] ** 2, axis=0)) / np.std(y, axis=0)
     assert np.max(left) < 2e-3
+
+
+@pytest.mark.parametrize("share", [0.1, 0.3, 0.45])
+def test_lines_through_raised_corners_hold_a_tone_at_any_share_of_the_rate(share):
+    t, finer = np.arange(SAMPLES), 32
+    raised = prefiltered(np.cos(2 * np.pi * share * t)[:, None])[:, 0]
+    fine = np.arange(64 * finer, (SAMPLES - 64) * finer) / finer
+    lines = np.interp(fine, t, raised)
+    tone = np.exp(-2j * np.pi * share * fine)
+    assert abs(2 * np.mean(lines * tone)) == pytest.approx(1.0, abs=5e-3)
 
 
 @pytest.mark.parametrize("highest", [40.0, 120.0])

@@ -1,7 +1,8 @@
 """What straight lines between samples miss of band-limited inputs.
 
-Lines whose corners are raised (``Problem``) are right for what is slow beside the sampling. What a
-hammer has near half the sampling rate is not, nor a mode above it, which would ring at each corner.
+Lines whose corners are raised (``Problem``) hold a band-limited signal, but its images beside it:
+what a hammer has near half the sampling rate is seen at another frequency, too, and a mode above it
+would ring at each corner.
 """
 
 from __future__ import annotations
@@ -13,13 +14,13 @@ from numpy.typing import NDArray
 
 from twin.diagnosis.scales import ROUNDING
 from twin.estimation.ringing import SILENCE, Ringing, between_samples
+from twin.mechanisms.shifting import through
 from twin.model.linear import LinearModel
 
 Array = NDArray[np.float64]
 
-RAISED = (1 / 12, 1 / 90)
-"""Shares of minus the second and of the fourth difference that are added to the corners: lines then
-keep a band-limited signal, to fourth order in the frequency."""
+SPREAD = 16.0
+"""Samples by which the raising of corners reaches: what a sample does there is a thousandth."""
 
 CALM = 0.7
 """Damping ratio that modes above half the sampling rate are given in steps from sample to sample:
@@ -30,14 +31,12 @@ own is not seen: an analyser cuts their ringing off)."""
 def prefiltered(u: Array) -> Array:
     """Return inputs, (samples, r), whose straight lines are those of a band-limited signal.
 
-    Straight lines lose sinc^2 of it; to fourth order in the frequency that is put back first.
+    Straight lines lose sinc^2 of it; that is put back first.
     """
-    if len(u) < 5:
+    if len(u) < 2:
         return u
-    second, fourth = np.zeros_like(u), np.zeros_like(u)
-    second[1:-1] = np.diff(u, 2, axis=0)
-    fourth[2:-2] = np.diff(u, 4, axis=0)
-    return np.asarray(u - RAISED[0] * second + RAISED[1] * fourth)
+    columns = [through(column, _corner, 1.0, SPREAD) for column in u.T]
+    return np.column_stack(columns) if columns else u
 
 
 def hold_error(model: LinearModel, u: Array, step_s: float) -> Array:
@@ -102,7 +101,7 @@ def _answer(
     half = 0.5 * np.sqrt(complex(rate**2 - 4 * square))
     least = ROUNDING * np.sqrt(square)  # the two poles are then one
     half = half if abs(half) > least else least
-    z, corner = np.exp(1j * w * step_s), _corner(w * step_s)
+    z, corner = np.exp(1j * w * step_s), _corner(w * step_s / (2 * np.pi))
     q, v = np.zeros(len(w), complex), np.zeros(len(w), complex)
     for sign in (1, -1):
         pole = -0.5 * rate + sign * half
@@ -127,10 +126,9 @@ def noise_gain(model: LinearModel, step_s: float) -> Array:
     return np.asarray(np.where(above(model, step_s), 0.0, 1 / np.sinc(np.minimum(periods, 0.5))))
 
 
-def _corner(turned: Array) -> Array:
-    """Return by what corners are raised, at so many radians a sample."""
-    s = 4 * np.sin(0.5 * turned) ** 2
-    return np.asarray(1 + RAISED[0] * s + RAISED[1] * s**2)
+def _corner(periods: Array) -> NDArray[np.complex128]:
+    """Return by what corners are raised, at so many periods a sample."""
+    return np.asarray(np.sinc(periods) ** -2, complex)
 
 
 def well_damped(model: LinearModel, step_s: float) -> Array:
