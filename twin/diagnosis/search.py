@@ -115,8 +115,11 @@ def search(
             best = without_needless(best, cost, tried)
             hypothesis, found = at_its_tolerance(*again(best.hypothesis, best.fit))
             gained = odds_of(hypothesis, found) - odds_of(best.hypothesis, best.fit)
+            turned = hypothesis.problem.between != best.hypothesis.problem.between
             best = Explanation(hypothesis, found, best.log_odds + gained)
             _keep(tried, best)
+            if turned:  # what was found may have stood for other inputs between the samples
+                best = without_needless(best, cost, tried)
             trifling = _ends_in_a_trifle(best)
         # one more name may do what the names so far do not: a force without one waits for it
         if unnamed is not None and unnamed.log_odds > best.log_odds:
