@@ -31,6 +31,8 @@ class Measured:
         added_mass: body -> mass bolted on for this recording [kg].
         input_deviation: prior deviation of the logarithm of the inputs' noise levels.
         geometric: what large motion adds to linear equations, where that is seen.
+        bands: frequency above which each input has no power, nor noise any more [Hz], inf where
+            there is none; empty for inputs as they were measured.
     """
 
     name: str
@@ -41,6 +43,7 @@ class Measured:
     added_mass: Mapping[str, float] = field(default_factory=dict)
     input_deviation: float = NOISE_DEVIATION
     geometric: Geometric | None = None
+    bands: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         for name in ("u", "y", "input_noise", "output_noise"):

@@ -1,4 +1,4 @@
-"""The plants of a hypothesis: one for each set of masses and ranges of recordings."""
+"""The plants of a hypothesis: one for each set of masses, ranges and inputs' bands."""
 
 from __future__ import annotations
 
@@ -85,20 +85,21 @@ def plants_at(
     require_passive(base, lambda: problem.damping(base.M, base.K, z), mechanisms[0])
     bases = [base, problem.base(z, own=True)] if simulated and problem.rings else [base]
     loads = [tuple(sorted(r.added_mass.items())) for r in problem.recordings]
-    cases = list(zip(loads, mechanisms, strict=True))
+    bands = [r.bands for r in problem.recordings]
+    cases = list(zip(loads, mechanisms, bands, strict=True))
     distinct = list(dict.fromkeys(cases))
     made: list[tuple[Plant, ...]] = []
     for unloaded in bases:
         models = []
-        for load, _ in distinct:
+        for load, *_ in distinct:
             model = unloaded
             for place, mass in load:
                 model = model.loaded(place, mass)
             models.append(model)
         made.append(tuple(
             plant_of(model, own, levels, problem.readings, problem.noise_gain,
-                     problem.pseudo_forces)
-            for model, (_, own) in zip(models, distinct, strict=True)
+                     problem.pseudo_forces, band)
+            for model, (_, own, band) in zip(models, distinct, strict=True)
         ))  # fmt: skip
     own = made[1] if len(made) > 1 else ()
     return Plants(made[0], own, tuple(distinct.index(case) for case in cases))

@@ -14,6 +14,7 @@ from twin.diagnosis.beginning import start_of
 from twin.diagnosis.channels import common, has, no_overlap, of_model
 from twin.diagnosis.drawing import LEAST
 from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.input_band import within_band
 from twin.diagnosis.large_motion import with_large_motion
 from twin.diagnosis.measured import Measured
 from twin.diagnosis.nominal import checked, with_known
@@ -147,7 +148,7 @@ def prepare(
     if simulated:
         measured = [_in_band(m, band, model, rate, notes) for m in measured]
     read = read_off(measured, model, kinds, rate)
-    measured = [m for m, _ in read]
+    measured = [m if simulated else within_band(m, rate) for m, _ in read]
     notes += [hidden_in_words(f) for _, found in read for f in found if f.hidden]
     filtered: tuple[Between, ...] = tuple("band_limited" for _ in inputs)
     problems = [
