@@ -17,6 +17,7 @@ from scipy import signal
 
 from twin.diagnosis.measured import Measured
 from twin.mechanisms.shifting import through
+from twin.signals.noise_floor import noise_floor
 
 Array = NDArray[np.float64]
 
@@ -34,6 +35,10 @@ as much again."""
 SLOPE = 1.5
 """End of the filter's slope over its beginning, which is the edge of the band."""
 
+REACH = 1.5
+"""Periods of the slope's width within which the filter looks beyond the ends of a record: there it
+is off by up to a tenth of the input, and farther in by less than a thousandth."""
+
 
 def band_of(u: Array, rate: float) -> float:
     """Return the frequency above which an input has no power but its noise's [Hz]; inf if none.
@@ -46,7 +51,8 @@ def band_of(u: Array, rate: float) -> float:
     if length < SEGMENTS or not np.any(u):
         return np.inf
     f, density = signal.welch(u, rate, nperseg=length)
-    level = float(np.median(density[f > WIDEST * rate / 2]))
+    # of a blow neither the upper band is silent, nor are all of the samples
+    level = min(float(np.median(density[f > WIDEST * rate / 2])), 2 * noise_floor(u) ** 2 / rate)
     powered = np.flatnonzero(density > ABOVE_NOISE * level)
     if level == 0.0 or not len(powered):
         return np.inf
@@ -75,10 +81,15 @@ def in_band(u: Array, band: float, rate: float) -> Array:
 def within_band(measured: Measured, rate: float) -> Measured:
     """Return a recording with each input in the band where it has power.
 
+    What the inputs are near its ends, the filter can only guess: outputs there are left out.
+
     Args:
         measured: as its channels show it.
         rate: of the samples [Hz].
     """
     bands = tuple(band_of(u, rate) for u in measured.u.T)
     u = np.column_stack([in_band(*each, rate) for each in zip(measured.u.T, bands, strict=True)])
-    return replace(measured, u=u, bands=bands)
+    y = np.array(measured.y)
+    guessed = int(np.ceil(REACH * rate / ((SLOPE - 1) * min(bands, default=np.inf))))
+    y[:guessed], y[len(y) - guessed :] = np.nan, np.nan
+    return replace(measured, u=u, y=y, bands=bands)

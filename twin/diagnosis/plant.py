@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -50,7 +51,6 @@ def plant_of(
     readings: Mapping[str, float],
     noise_gain: Array | None = None,
     pseudo_forces: int = 0,
-    bands: Sequence[float] = (),
 ) -> Plant:
     """Return the plant of a model with mechanisms.
 
@@ -63,7 +63,6 @@ def plant_of(
         noise_gain: by what noise stirs each of the first coordinates more than it does in steps
             from sample to sample, (n,), 0 where none is to; 1 without.
         pseudo_forces: further inputs, each a force on one of the first coordinates.
-        bands: of the noise of each input [Hz], inf where it is white; white without.
     """
     own = len(model.coordinates)
     for mechanism in sorted(mechanisms, key=lambda m: m.stage):
@@ -96,9 +95,6 @@ def plant_of(
     drift, rate = np.hstack([rows, 0 * rows]), np.hstack([0 * rows, rows])
     system = System(A, B, C, D, E, F, drift, rate, W, V, np.zeros((2 * n, 0)))
     plant = Plant(system, n, np.zeros((0, 0)), np.diag(model.M), np.diag(model.K))
-    for index, band in enumerate(bands):
-        if np.isfinite(band):
-            plant = _band_limited(plant, index, band)
     for port, rms, frequency in latent:
         rate_of = 2 * np.pi * frequency
         drive = np.array([rms * np.sqrt(2 * rate_of)])
@@ -194,20 +190,35 @@ def _driven(
     return replace(plant, system=grown, start=block_diag(plant.start, start))
 
 
-def _band_limited(plant: Plant, index: int, band: float) -> Plant:
-    """Return the plant with the noise of one input behind a low-pass of Butterworth's."""
-    system, n = plant.system, len(plant.system.A)
-    # of unit frequency, so that all states are of one size
-    block, entry, out, _ = signal.tf2ss(*signal.butter(ORDER, 1.0, analog=True))
-    k, w = len(block), 2 * np.pi * band
-    grown = _grown(system, k)
+def band_limited(plant: Plant, bands: Sequence[float]) -> Plant:
+    """Return the plant with the noise of its first inputs behind low-passes (Butterworth's).
+
+    Args:
+        plant: with white noise.
+        bands: of each input [Hz]; inf where its noise is white.
+    """
+    at = [index for index, band in enumerate(bands) if np.isfinite(band)]
+    if not at:
+        return plant
+    block, entry, out = _low_pass()
+    n, k = len(plant.system.A), len(block)
+    grown = _grown(plant.system, k * len(at))
     A, C, W, V = (np.array(m) for m in (grown.A, grown.C, grown.W, grown.V))
-    A[:n, n:], C[:, n:] = np.outer(W[:n, index], out[0]), np.outer(V[:, index], out[0])
-    A[n:, n:] = w * block
-    W[:, index], V[:, index] = 0.0, 0.0
-    W[n:, index] = w * entry[:, 0]
-    start = block_diag(plant.start, np.zeros((k, k)))
+    for i, index in enumerate(at):
+        own, w = slice(n + i * k, n + (i + 1) * k), 2 * np.pi * bands[index]
+        A[:n, own], C[:, own] = np.outer(W[:n, index], out), np.outer(V[:, index], out)
+        A[own, own] = w * block
+        W[:, index], V[:, index] = 0.0, 0.0
+        W[own, index] = w * entry
+    start = block_diag(plant.start, np.zeros((k * len(at), k * len(at))))
     return replace(plant, system=replace(grown, A=A, C=C, W=W, V=V), start=start)
+
+
+@cache
+def _low_pass() -> tuple[Array, Array, Array]:
+    """Return A (k, k), B and C (k,) of a low-pass of 1 rad/s."""
+    block, entry, out, _ = signal.tf2ss(*signal.butter(ORDER, 1.0, analog=True))
+    return block, entry[:, 0], out[0]
 
 
 def _seen_through(

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnosis.plant import Plant, plant_of, require_passive
+from twin.diagnosis.plant import Plant, band_limited, plant_of, require_passive
 from twin.diagnosis.problem import Problem
 from twin.mechanisms.mechanism import Mechanism
 
@@ -85,24 +85,22 @@ def plants_at(
     require_passive(base, lambda: problem.damping(base.M, base.K, z), mechanisms[0])
     bases = [base, problem.base(z, own=True)] if simulated and problem.rings else [base]
     loads = [tuple(sorted(r.added_mass.items())) for r in problem.recordings]
-    bands = [r.bands for r in problem.recordings]
-    cases = list(zip(loads, mechanisms, bands, strict=True))
+    cases = list(zip(loads, mechanisms, strict=True))
     distinct = list(dict.fromkeys(cases))
+    banded = [(distinct.index(c), r.bands) for c, r in zip(cases, problem.recordings, strict=True)]
+    variants = list(dict.fromkeys(banded))
     made: list[tuple[Plant, ...]] = []
     for unloaded in bases:
-        models = []
-        for load, *_ in distinct:
+        plants = []
+        for load, there in distinct:
             model = unloaded
             for place, mass in load:
                 model = model.loaded(place, mass)
-            models.append(model)
-        made.append(tuple(
-            plant_of(model, own, levels, problem.readings, problem.noise_gain,
-                     problem.pseudo_forces, band)
-            for model, (_, own, band) in zip(models, distinct, strict=True)
-        ))  # fmt: skip
+            plants.append(plant_of(model, there, levels, problem.readings, problem.noise_gain,
+                                   problem.pseudo_forces))  # fmt: skip
+        made.append(tuple(band_limited(plants[index], bands) for index, bands in variants))
     own = made[1] if len(made) > 1 else ()
-    return Plants(made[0], own, tuple(distinct.index(case) for case in cases))
+    return Plants(made[0], own, tuple(variants.index(b) for b in banded))
 
 
 def start_covariance(problem: Problem, trial: int, plant: Plant) -> Array:
