@@ -11,6 +11,7 @@ from twin.diagnosis.aliased import aliased
 from twin.diagnosis.measured import Measured
 from twin.diagnosis.straight import hold_error, prefiltered
 from twin.estimation.model import Trial
+from twin.estimation.passing import BESIDE_NOISE
 
 if TYPE_CHECKING:
     from twin.diagnosis.problem import Problem
@@ -20,9 +21,6 @@ Array = NDArray[np.float64]
 EDGE = 16
 """Samples at the end of a recording that are left out: a channel that is late ends before its
 recording does, by at most an eighth of a period of the band and as much for the filters."""
-
-NOTHING = 1e-3
-"""Share of an output's noise variance below which another variance is none."""
 
 
 def trial_of(
@@ -46,7 +44,7 @@ def trial_of(
         known -= hold_error(problem.model, smooth, problem.step_s)
         between = np.where(problem.cornered, u, prefiltered(u))
         blur = aliased(problem.model, smooth, problem.step_s, recording.input_noise)
-        blur[blur < NOTHING * recording.output_noise**2] = 0.0
+        blur[blur < BESIDE_NOISE * recording.output_noise**2] = 0.0
     if problem.geometry is not None:
         forces = np.zeros((len(u), problem.pseudo_forces))
         if recording.geometric is not None:

@@ -30,7 +30,7 @@ from twin.estimation.system import Sampled, System, deviating
 
 Array = NDArray[np.float64]
 
-SHARP = 1e-3
+BESIDE_NOISE = 1e-3
 """Share of an output's innovation variance below which another variance changes nothing: 0.05 % of
 its weight."""
 
@@ -272,7 +272,7 @@ def trust_in(gain: Gains, blur: Array | None) -> Array:
     S = gain.innovation[np.minimum(np.arange(len(blur)), len(gain.innovation) - 1)]
     m = S.shape[1]
     trust = np.broadcast_to(np.eye(m), S.shape).copy()
-    hit = np.flatnonzero(np.any(blur > SHARP * np.diagonal(S, axis1=1, axis2=2), axis=1))
+    hit = np.flatnonzero(np.any(blur > BESIDE_NOISE * np.diagonal(S, axis1=1, axis2=2), axis=1))
     wide = S[hit].copy()
     wide[:, range(m), range(m)] += blur[hit]
     trust[hit] = np.linalg.solve(wide, S[hit]).swapaxes(1, 2)
