@@ -126,9 +126,20 @@ def test_a_record_that_begins_in_motion_loses_only_its_ends():
     long = force(16.0, seed=11, seconds=40.0)
     u = long[2000:8000] + 0.01 * rng(12).standard_normal(6000)
     measured = Measured("a", u[:, None], np.zeros((6000, 1)), np.array([0.01]), np.array([1.0]))
-    kept = within_band(measured, RATE)
+    kept = within_band(measured, RATE, [False])
     (band,) = kept.bands
     seen = np.isfinite(kept.y[:, 0])
     assert 6000 - 128 < seen.sum() < 6000 - 64
     assert np.max(np.abs(kept.u[seen, 0] - long[2000:8000][seen])) < 0.03
     assert band == pytest.approx(16.0, abs=2.5)
+    # a command is not measured: its noise drives the structure, too
+    assert within_band(measured, RATE, [True]).bands == (np.inf,)
+
+
+def test_a_slow_force_leaves_most_of_a_short_record():
+    t = np.arange(3000) / RATE
+    u = np.sin(2 * np.pi * 0.7 * t) + 0.01 * rng(13).standard_normal(3000)
+    measured = Measured("a", u[:, None], np.zeros((3000, 1)), np.array([0.01]), np.array([1.0]))
+    kept = within_band(measured, RATE, [False])
+    assert np.isfinite(kept.bands[0])
+    assert np.isfinite(kept.y).sum() >= 7 / 8 * 3000 - 2

@@ -9,6 +9,7 @@ that is left has the band's width.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -56,7 +57,8 @@ def band_of(u: Array, rate: float) -> float:
     powered = np.flatnonzero(density > ABOVE_NOISE * level)
     if level == 0.0 or not len(powered):
         return np.inf
-    edge = float(f[powered[-1]])
+    # no slower than that the ends of a record which the filter can only guess are an eighth of it
+    edge = max(float(f[powered[-1]]), REACH / (SLOPE - 1) * rate / length)
     return edge if edge < WIDEST * rate / 2 else np.inf
 
 
@@ -78,7 +80,7 @@ def in_band(u: Array, band: float, rate: float) -> Array:
     return through(u, passed, rate, 1 / ((SLOPE - 1) * band))
 
 
-def within_band(measured: Measured, rate: float) -> Measured:
+def within_band(measured: Measured, rate: float, commanded: Sequence[bool]) -> Measured:
     """Return a recording with each input in the band where it has power.
 
     What the inputs are near its ends, the filter can only guess: outputs there are left out.
@@ -86,8 +88,11 @@ def within_band(measured: Measured, rate: float) -> Measured:
     Args:
         measured: as its channels show it.
         rate: of the samples [Hz].
+        commanded: which inputs are commands of motors, (r,): nobody measures them, and what a
+            controller's noise makes of them drives the structure.
     """
-    bands = tuple(band_of(u, rate) for u in measured.u.T)
+    each_input = zip(measured.u.T, commanded, strict=True)
+    bands = tuple(np.inf if own else band_of(u, rate) for u, own in each_input)
     u = np.column_stack([in_band(*each, rate) for each in zip(measured.u.T, bands, strict=True)])
     y = np.array(measured.y)
     guessed = int(np.ceil(REACH * rate / ((SLOPE - 1) * min(bands, default=np.inf))))

@@ -148,7 +148,8 @@ def prepare(
     if simulated:
         measured = [_in_band(m, band, model, rate, notes) for m in measured]
     read = read_off(measured, model, kinds, rate)
-    measured = [m if simulated else within_band(m, rate) for m, _ in read]
+    commanded = [name in model.driven for name in model.inputs]
+    measured = [m if simulated else within_band(m, rate, commanded) for m, _ in read]
     notes += [hidden_in_words(f) for _, found in read for f in found if f.hidden]
     filtered: tuple[Between, ...] = tuple("band_limited" for _ in inputs)
     problems = [
