@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from diagnosis_support import lumped, rng
+from scipy.signal import cont2discrete, dlsim
 
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.measured import Measured
@@ -12,13 +13,14 @@ from twin.diagnosis.plant import plant_of
 from twin.diagnosis.predict import nrmse, predictors
 from twin.diagnosis.prepare import prepare
 from twin.diagnosis.problem import LINEAR_PHASE, Problem
-from twin.diagnosis.straight import above, hold_error, noise_gain, prefiltered
+from twin.diagnosis.straight import above, hold_error, noise_gain, prefiltered, read_error
 from twin.diagnosis.trials import trial_of
 from twin.estimation.fit import fit
 from twin.estimation.likelihood import passes
 from twin.estimation.system import sampled
 from twin.laboratory import Analyser, Experiment, RandomShaking, run
 from twin.mechanisms.bumper import Bumper
+from twin.mechanisms.sensor_resonance import SensorResonance
 from twin.model import Twin
 
 RATE, SAMPLES = 256.0, 2048
@@ -82,6 +84,24 @@ def test_lines_through_raised_corners_hold_a_tone_at_any_share_of_the_rate(share
     lines = np.interp(fine, t, raised)
     tone = np.exp(-2j * np.pi * share * fine)
     assert abs(2 * np.mean(lines * tone)) == pytest.approx(1.0, abs=5e-3)
+
+
+@pytest.mark.parametrize("frequency", [60.0, 110.0])
+def test_a_sensor_that_rings_reads_lines_and_what_they_miss_as_it_reads_the_signal(frequency):
+    x = random_force(120.0, 5)[:, 0]
+    instrument = SensorResonance("acc_tip.x", frequency, 0.03).instrument(0.0)
+    w = 2j * np.pi * np.fft.rfftfreq(SAMPLES, 1 / RATE)
+    read = [(instrument.C @ np.linalg.solve(s * np.eye(2) - instrument.A, instrument.B))[0, 0]
+            for s in w]  # fmt: skip
+    exact = np.fft.irfft(np.fft.rfft(x) * np.array(read), SAMPLES)
+    # stepped over straight lines, which are exact for it (foh)
+    lines, *matrices = prefiltered(x[:, None])[:, 0], *cont2discrete(
+        (instrument.A, instrument.B, instrument.C, instrument.D), 1 / RATE, "foh")[:4]  # fmt: skip
+    stepped = dlsim((*matrices, 1 / RATE), lines)[1][:, 0]
+    late = slice(SAMPLES // 2, SAMPLES - 64)
+    size, missed = np.std(exact[late]), read_error(instrument, x, 1 / RATE)
+    assert np.std((stepped - exact)[late]) > 0.01 * size, "the test shows something"
+    assert np.std((stepped + missed - exact)[late]) < 2e-3 * size
 
 
 @pytest.mark.parametrize("highest", [40.0, 120.0])

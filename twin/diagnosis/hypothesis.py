@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis.blurring import CUT_OFF, smear
-from twin.diagnosis.mending import mended
+from twin.diagnosis.mending import mended, read_as_lines
 from twin.diagnosis.plants import TINY, Plants, in_each, plants_at, start_covariance
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.scales import Scales
@@ -246,10 +246,10 @@ class Hypothesis:
 
     def _trials(self, mechanisms: Sequence[Mechanism]) -> tuple[Trial, ...]:
         """Return the recordings, what is at fault in their samples taken back."""
-        faults = [m for m in mechanisms if isinstance(m, ChannelFault) and m.in_samples]
-        if not faults:
-            return self.problem.trials
-        return mended(self.problem, faults)
+        faults = [m for m in mechanisms if isinstance(m, ChannelFault)]
+        wrong = [m for m in faults if m.in_samples]
+        trials = mended(self.problem, wrong) if wrong else self.problem.trials
+        return read_as_lines(self.problem, trials, faults)
 
     @cached_property
     def _ringing(self) -> Ringing:

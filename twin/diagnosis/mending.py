@@ -7,12 +7,14 @@ give an acceleration at once are known: what is left of it is smooth, and only t
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from twin.arrays import filled
 from twin.diagnosis.problem import Problem
+from twin.diagnosis.straight import read_error
 from twin.diagnosis.trials import trial_of
 from twin.estimation.model import Trial
 from twin.mechanisms.mechanism import ChannelFault
@@ -43,6 +45,33 @@ def mended(problem: Problem, faults: Sequence[ChannelFault]) -> tuple[Trial, ...
         table = np.column_stack([columns[name] for name in names])
         u, y = table[:, :split], np.where(hidden, np.nan, table[:, split:])
         out.append(trial_of(problem, recording, u, y))
+    return tuple(out)
+
+
+def read_as_lines(
+    problem: Problem, trials: Sequence[Trial], faults: Sequence[ChannelFault]
+) -> tuple[Trial, ...]:
+    """Return recordings as instruments with a memory read the straight lines of smooth inputs.
+
+    What rings near half the sampling rate hears the images of the lines, in what inputs do to an
+    acceleration at once; what the structure does between samples is smooth.
+
+    Args:
+        problem: whose recordings they are.
+        trials: the recordings.
+        faults: of channels.
+    """
+    outputs, out = problem.model.outputs, list(trials)
+    for fault in faults:
+        instrument = fault.instrument(0.0) if set(fault.channels) <= set(outputs) else None
+        if instrument is None or len(fault.channels) > 1 or not np.any(instrument.B):
+            continue
+        at = outputs.index(fault.place)
+        for t, trial in enumerate(out):
+            smooth = np.where(problem.cornered, 0.0, trial.u[:, : len(problem.cornered)])
+            y = np.array(trial.y)
+            y[:, at] -= read_error(instrument, smooth @ problem.feedthrough[at], problem.step_s)
+            out[t] = replace(trial, y=y)
     return tuple(out)
 
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from twin.diagnosis.scales import ROUNDING
 from twin.estimation.ringing import SILENCE, Ringing, between_samples
+from twin.mechanisms.instrument import Instrument
 from twin.mechanisms.shifting import through
 from twin.model.linear import LinearModel
 
@@ -101,18 +102,41 @@ def _answer(
     half = 0.5 * np.sqrt(complex(rate**2 - 4 * square))
     least = ROUNDING * np.sqrt(square)  # the two poles are then one
     half = half if abs(half) > least else least
-    z, corner = np.exp(1j * w * step_s), _corner(w * step_s / (2 * np.pi))
     q, v = np.zeros(len(w), complex), np.zeros(len(w), complex)
     for sign in (1, -1):
         pole = -0.5 * rate + sign * half
-        if lines:
-            over, constant, ramp = between_samples(pole, step_s)
-            state = (constant - ramp + z * ramp) / (z - over) * corner
-        else:
-            state = 1 / (1j * w - pole)
+        state = _state(pole, w, step_s, lines)
         q += state * sign / (2 * half)
         v += pole * state * sign / (2 * half)
     return np.array([q, v, -square * q - rate * v])
+
+
+def _state(pole: complex, w: Array, step_s: float, lines: bool) -> NDArray[np.complex128]:
+    """Return the response of x' = pole x + u to a band-limited u, or its raised lines."""
+    if not lines:
+        return np.asarray(1 / (1j * w - pole))
+    z, corner = np.exp(1j * w * step_s), _corner(w * step_s / (2 * np.pi))
+    over, constant, ramp = between_samples(pole, step_s)
+    return np.asarray((constant - ramp + z * ramp) / (z - over) * corner)
+
+
+def read_error(instrument: Instrument, x: Array, step_s: float) -> Array:
+    """Return what an instrument reads of a band-limited signal less what it reads of its lines.
+
+    Args:
+        instrument: of one channel.
+        x: what it sees at the samples, (samples,).
+        step_s: sampling interval [s].
+    """
+    length = SILENCE * len(x)
+    w = np.asarray(2 * np.pi * np.fft.rfftfreq(length, step_s), float)
+    poles, modes = np.linalg.eig(instrument.A.astype(complex))
+    seen, driven = instrument.C[0] @ modes, np.linalg.solve(modes, instrument.B[:, 0])
+    error = sum(
+        c * b * (_state(p, w, step_s, lines=False) - _state(p, w, step_s, lines=True))
+        for p, c, b in zip(poles, seen, driven, strict=True)
+    )
+    return np.asarray(np.fft.irfft(error * np.fft.rfft(x, length), length)[: len(x)])
 
 
 def noise_gain(model: LinearModel, step_s: float) -> Array:
