@@ -124,6 +124,28 @@ def test_what_a_force_has_near_half_the_sampling_rate_is_predicted_too(highest):
     assert np.max(np.std(missed, axis=0) / np.std(y, axis=0)) > (1e-3 if highest > 100 else 1e-7)
 
 
+@pytest.mark.parametrize("frequency", [60.0, 110.0])
+def test_a_floor_s_acceleration_is_predicted_behind_a_sensor_that_rings(frequency):
+    model = lumped().linear(("force_floor2",), ("acc_floor1", "acc_floor2"))
+    model = replace(model, R=20 * model.R)
+    u = random_force(120.0, 6)
+    y, rings = answer(model, u), SensorResonance("acc_floor2", frequency, 0.03)
+    f = np.fft.rfftfreq(SAMPLES, 1 / RATE)
+    r = f / frequency
+    read = (1 + 0.06j * r) / (1 - r**2 + 0.06j * r)
+    y[:, 1] = np.fft.irfft(np.fft.rfft(y[:, 1]) * read, SAMPLES)
+    levels, scale = 1e-4 * np.std(y, axis=0), np.full((1, len(model.coordinates)), 1e-6)
+    measured = Measured("a", u, y, np.array([1e-9]), levels)
+    problem = Problem(model, (measured,), RATE, 0.01, 0.3, ("band_limited",), scale)
+    priors = {"frequency": (np.log(frequency), 1.0), "damping_ratio": (np.log(0.03), 1.0)}
+    hypothesis = Hypothesis(problem, (rings,), (priors,))
+    quiet = np.array([-3.0 if x.name.startswith("process") else 0.0 for x in hypothesis.unknowns])
+    (run,) = passes(hypothesis, quiet)
+    late = slice(SAMPLES // 2, SAMPLES - 64)
+    left = np.sqrt(np.mean(run.e[late] ** 2, axis=0)) / np.std(y, axis=0)
+    assert np.max(left) < 2e-3
+
+
 def test_noise_of_a_force_is_estimated_where_it_drives_fast_modes():
     u = random_force(50.0, 2)
     y = answer(Twin.load("cantilever").linear(INPUTS, OUTPUTS), u)
