@@ -114,6 +114,15 @@ def test_beside_something_else_an_instrument_is_as_good_as_its_calibration(probl
             assert is_negligible(alone, found) == [False], (gain, channel)
 
 
+def test_of_two_faults_the_one_within_its_calibration_is_negligible_and_of_two_such_none(problem):
+    small, great = SensorGain("acc_floor1", 1.004), SensorGain("acc_floor2", 1.05)
+    for pair, expected in (((small, great), [True, False]), ((great, small), [False, True]),
+                           ((small, SensorGain("acc_floor2", 1.003)), [False, False])):  # fmt: skip
+        h = hypothesis(problem, *pair)
+        found = fit(h, most=1, free=np.zeros(len(h.unknowns), bool))
+        assert is_negligible(h, found) == expected
+
+
 def test_an_error_added_to_a_channel_is_measured_by_its_reading(problem):
     level = problem.readings["acc_floor2"]
     for share, small in ((0.004, True), (0.006, False)):

@@ -5,8 +5,8 @@ fault the RMS of what it changes in its channel. No law is exact: beside one, wh
 the discrepancy, or than the share of the laws' own forces that a discrepancy is expected to have,
 is nobody's finding, however much evidence many samples make of it. The spectrum of an unmeasured
 force is known much less well than a law, and so is that of what no name explains in a channel.
-Beside any of them an instrument that is within its calibration is not told from their form; by
-itself it is.
+Beside any of them, or a fault that is greater, an instrument that is within its calibration is not
+told from their form; by itself it is.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def negligible(
     known = known_forces(hypothesis, fit.z, beside)
     latent = unexplained_in(mechanisms)
     heard = pushes(hypothesis, fit.z, beside) if latent else [None] * len(mechanisms)
-    beside_others = bool(known) or not all(isinstance(m, ChannelFault) for m in mechanisms)
+    within = [_calibrated(m, model, beside) for m in mechanisms]
     out = []
     for index, (mechanism, size) in enumerate(zip(mechanisms, sizes, strict=True)):
         left = max(inexact(mechanisms, sizes, index, known), of_known(problem, mechanism, known))
@@ -86,7 +86,8 @@ def negligible(
                 left = max(left, level * float(np.linalg.norm(model.port(port))))
         if isinstance(mechanism, StructuralChange) and mechanism.verdict == "parameter":
             left = max(left, _scatter(problem, mechanism, count, beside))
-        if beside_others and _calibrated(mechanism, model, beside):
+        beyond = [not w for i, w in enumerate(within) if i != index]
+        if within[index] and (known or any(beyond)):
             out.append(True)
         elif size is not None:
             push, acts = heard[index], not isinstance(mechanism, ChannelFault)
