@@ -4,7 +4,7 @@ import ast
 
 import pytest
 
-from experiments.sensitivity import AS_IT_STANDS, ROOT, numbers, table, with_changed
+from experiments.named_numbers import AS_IT_STANDS, ROOT, numbers, table, with_changed
 from twin.diagnosis.screening import SPACED
 from twin.diagnosis.valleys import LAPS, WIDTH
 

@@ -5,7 +5,7 @@ multiplied by 1.5 in a copy of the package (whole numbers are rounded, up at lea
 concealed cases are diagnosed with that copy: nothing, one effect, an instrument's fault. What is
 named otherwise than with the number as it stands is printed.
 
-    python -m experiments.sensitivity --out sensitivity --workers 2
+    python -m experiments.named_numbers --out named_numbers --workers 2
 
 Resumable: the folder of --out keeps what is done. --to writes the results as JSON.
 """
@@ -132,7 +132,7 @@ def work(task: Task) -> dict[str, Any]:
             shutil.rmtree(kept, ignore_errors=True)
     try:
         found = subprocess.run(
-            [sys.executable, "-m", "experiments.sensitivity", "--diagnose", str(task.folder)],
+            [sys.executable, "-m", "experiments.named_numbers", "--diagnose", str(task.folder)],
             cwd=tree, capture_output=True, text=True, check=False,
             env={**os.environ, "PYTHONPATH": str(tree), "NUMBA_CACHE_DIR": str(kept)},
         )  # fmt: skip
@@ -202,7 +202,7 @@ def tasks(folder: Path, only: Sequence[str]) -> dict[str, Task]:
 def main() -> None:
     """Run it."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, default=Path("sensitivity"))
+    parser.add_argument("--out", type=Path, default=Path("named_numbers"))
     parser.add_argument("--only", action="append", help="part of a number's file or name")
     parser.add_argument("--to", type=Path, help="JSON")
     parser.add_argument("--workers", type=int, default=1)
@@ -218,7 +218,7 @@ def main() -> None:
             generate(number, SEED, folder / "recordings", folder / "sealed", kind)
     with ProcessPoolExecutor(given.workers, mp_context=get_context("spawn")) as pool:
         results = campaign(work, tasks(folder, given.only or []), pool, folder / "results.jsonl",
-                           f"sensitivity, seed {SEED}",
+                           f"named numbers, seed {SEED}",
                            lambda done, total: print(f"{done} of {total}", flush=True))  # fmt: skip
     print(table(results))
     if given.to:
