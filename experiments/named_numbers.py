@@ -118,7 +118,7 @@ def work(task: Task) -> dict[str, Any]:
     """Return what is named in each case; the error where there is one."""
     tree = task.folder / f"tree_{os.getpid()}"
     if not tree.exists():
-        for package in ("twin", "experiments"):
+        for package in ("twin", "experiments", "models"):
             ignored = shutil.ignore_patterns("__pycache__")
             shutil.copytree(ROOT / package, tree / package, ignore=ignored)
     kept, number = tree / "compiled", task.number
@@ -220,6 +220,8 @@ def main() -> None:
         results = campaign(work, tasks(folder, given.only or []), pool, folder / "results.jsonl",
                            f"named numbers, seed {SEED}",
                            lambda done, total: print(f"{done} of {total}", flush=True))  # fmt: skip
+    if "error" in results[AS_IT_STANDS]:
+        raise SystemExit(f"the cases cannot be diagnosed: {results[AS_IT_STANDS]['error']}")
     print(table(results))
     if given.to:
         document = {"made_with": versions(), "seed": SEED, "factor": FACTOR, "results": results}
