@@ -2,7 +2,7 @@
 
 Every module-level number of ``twin/diagnosis`` and ``twin/estimation`` that is written as such is
 multiplied by 1.5 in a copy of the package (whole numbers are rounded, up at least), and a few
-concealed cases are diagnosed with that copy: nothing, one effect, an instrument's fault. What is
+cases are diagnosed with that copy, one with nothing concealed and four with one effect. What is
 named otherwise than with the number as it stands is printed.
 
     python -m experiments.named_numbers --out named_numbers --workers 2
@@ -27,6 +27,7 @@ from pathlib import Path
 from typing import Any
 
 from experiments.concealed.case import case_name, generate
+from experiments.concealed.steps import TOLERANCE
 from experiments.concealed.versions import versions
 from twin.campaign import campaign
 from twin.files import write_whole
@@ -38,8 +39,6 @@ SEED = 5200
 CASES = (("none", 1), ("single", 1), ("single", 2), ("single", 3), ("single", 4))
 """Table and number of the cases, of the campaign with that seed."""
 MODEL = "two_storey_lumped"
-TOLERANCE = 0.004
-"""To which the campaigns' models are known."""
 AS_IT_STANDS = "as it stands"
 
 

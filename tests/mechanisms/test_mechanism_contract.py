@@ -279,3 +279,14 @@ def test_a_wrong_place_is_an_error_that_lists_the_places(cls):
     if issubclass(cls, StructuralChange):
         with pytest.raises(ModelError, match=there[cls.on]):
             elsewhere.edit(frame().second_order())
+
+
+@pytest.mark.parametrize("name", ["sensor_resonance", "appendage", "unmeasured_force"])
+def test_what_resonates_is_looked_for_where_something_is_unexplained(name):
+    place = {"sensor_resonance": "acc_floor2"}.get(name, "floor2")
+    peaks = (53.7, 11.3)
+    for_each = {
+        f.frequency for f in ALL[name].starts(place, dataclasses.replace(AROUND, peaks=peaks))
+    }
+    assert set(peaks) <= for_each
+    assert not set(peaks) & {f.frequency for f in ALL[name].starts(place, AROUND)}

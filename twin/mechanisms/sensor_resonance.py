@@ -37,7 +37,6 @@ class SensorResonance(ChannelFault):
     }
     reference: ClassVar[str] = "ISO 5348"
     mjcf: ClassVar[str] = "a channel's fault is not part of the model"
-    valleys: ClassVar[int] = 6
     shifts_resonance: ClassVar[bool] = True
 
     frequency: float = np.inf
