@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from shaken_support import chain, ground, shaken
 
-from twin.diagnosis.by_simulation import loosened, search_by_simulation
+from twin.diagnosis.by_simulation import loosened, search_by_simulation, stands
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.offer import offer
 from twin.diagnosis.pipeline import diagnose
@@ -154,3 +154,25 @@ def test_samples_that_follow_each_other_count_for_less():
     # of a first-order process: sum of a^2k
     expected = (1 - a**2) / (1 + a**2)
     assert independent_share([slow]) == pytest.approx(expected, rel=0.3)
+
+
+def test_a_structure_stands_while_its_force_grows_with_the_drift_as_far_as_it_goes(plain):
+    h = empty(plain)
+    own = plain.test.recordings[0]
+    silent = replace(plain.test, recordings=(replace(own, u=0 * own.u),))
+    k, row = ROUND[1][0], plain.train.model.port("storey1")
+    moved = OutputError(h).motion(np.zeros(len(h.unknowns)))
+    drift = max(np.abs(m.q @ row).max() for m in moved)
+
+    def with_cubic(bend, unseen=silent):
+        # its tangent vanishes at ``bend`` times the greatest drift of the linear twin
+        law = CubicStiffness("storey1", -k / (3 * (bend * drift) ** 2))
+        priors = ({"stiffness": (law.stiffness, abs(law.stiffness))},)
+        scales = Scales({"storey1": (1.0, 1.0, 1.0)})
+        grown = replace(h, mechanisms=(law,), priors=priors, scales=scales)
+        return stands(grown, np.zeros(len(grown.unknowns)), unseen)
+
+    assert with_cubic(3.0)
+    assert not with_cubic(0.8)
+    stronger = replace(plain.test, recordings=(replace(own, u=6 * own.u),))
+    assert not with_cubic(3.0, stronger), "in motion that is not seen it would fall off"

@@ -5,10 +5,10 @@ import pytest
 from diagnosis_support import lumped, recorded
 
 from twin.diagnosis.beginning import start_of
-from twin.diagnosis.candidates import priors_of
+from twin.diagnosis.candidates import Candidate, priors_of
 from twin.diagnosis.explanation import Explanation
 from twin.diagnosis.hypothesis import Hypothesis
-from twin.diagnosis.moving import Rival, in_their_place, rivals_of
+from twin.diagnosis.moving import Rival, elsewhere, in_their_place, rivals_of
 from twin.diagnosis.portion import SURE
 from twin.diagnosis.prepare import prepare
 from twin.estimation.fit import fit
@@ -52,6 +52,16 @@ def test_the_rival_takes_the_place_of_what_was_chosen(wrong, rival):
     mass = found.hypothesis.at(found.fit.z)[0]
     assert mass.change == pytest.approx(0.1, rel=0.05)
     assert np.all(np.isfinite(found.fit.z))
+
+
+def test_a_mechanism_is_found_elsewhere_though_it_was_put_at_the_wrong_place(problem, rival):
+    there = explanation(problem, Mass("floor2", 0.1))
+    starts = (Mass("floor1", 0.02),)
+    (found,) = elsewhere(there, [Candidate(starts, priors_of(starts))], COST)
+    assert found.labels == rival.labels
+    assert found.log_odds > there.log_odds + SURE
+    assert found.hypothesis.at(found.fit.z)[0].change == pytest.approx(0.1, rel=0.05)
+    assert elsewhere(there, [], COST) == []
 
 
 def test_there_is_none_where_what_was_chosen_is_gone_or_stands_alone(wrong, rival):

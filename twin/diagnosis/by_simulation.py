@@ -21,7 +21,9 @@ from twin.diagnosis.candidates import Candidate, scales_of
 from twin.diagnosis.detection import NO_PROCESS_NOISE
 from twin.diagnosis.explanation import Explanation
 from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.predict import placed
 from twin.diagnosis.problem import Problem
+from twin.diagnosis.scales import TINY
 from twin.diagnosis.score_test import Profiled
 from twin.diagnosis.search import Found, Offer
 from twin.diagnosis.simulation import OutputError, independent_share
@@ -40,6 +42,9 @@ MOST = 2
 STRENGTHS = (0.1, 10.0)
 """Strengths in first guesses between which a fit begins; a law's direction is taken at the lower
 one, for what slips has none at zero."""
+
+GRID = 201
+"""Drifts at which it is asked whether a structure stands: half a per cent of its motion apart."""
 
 
 def search_by_simulation(
@@ -78,6 +83,8 @@ def search_by_simulation(
                 found = OutputError(grown, tau).fitted(z)
             except (ValueError, np.linalg.LinAlgError):
                 continue
+            if not stands(grown, found.z, unseen):
+                continue
             odds = found.log_evidence - cost * len(grown.mechanisms)
             fits.append(Explanation(grown, found, odds))
         tried += fits
@@ -93,6 +100,37 @@ def search_by_simulation(
         with_noise(nothing), with_noise(best), tuple(with_noise(e) for e in others),
         tuple(screened), motion, stated,
     )  # fmt: skip
+
+
+def stands(hypothesis: Hypothesis, z: Array, unseen: Problem) -> bool:
+    """Return whether at every law's port the force at rest grows with the drift, as far as it goes.
+
+    A structure whose tangent stiffness is negative there would have fallen off, not come back, in
+    motions that were recorded. What softens within the motion seen may not do so beyond it.
+
+    Args:
+        hypothesis: the twin with its laws.
+        z: values of its unknowns, (p,).
+        unseen: other recordings, of which only the inputs are used.
+    """
+    there, own = placed(hypothesis, z, unseen)
+    moved = (*OutputError(hypothesis).motion(z), *OutputError(there).motion(own))
+    compliance = np.linalg.pinv(hypothesis.problem.base(z).K)
+    laws = [m for m in hypothesis.at(z) if isinstance(m, Law)]
+    for port in {law.place for law in laws}:
+        row = hypothesis.problem.model.port(port)
+        drifts = np.concatenate([m.q @ row for m in moved])
+        if not np.all(np.isfinite(drifts)):
+            return False
+        d = np.linspace(drifts.min(), drifts.max(), GRID)
+        rest = np.zeros_like(d)
+        force = d / max(float(row @ compliance @ row), TINY)
+        for law in laws:
+            if law.place == port:
+                force = force + law.force(d, rest, rest, 0.0)
+        if np.any(np.diff(force) < 0):
+            return False
+    return True
 
 
 def loosened(nothing: Explanation, tolerance: float) -> Explanation:

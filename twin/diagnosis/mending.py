@@ -69,9 +69,10 @@ def read_as_lines(
         at = outputs.index(fault.place)
         for t, trial in enumerate(out):
             smooth = np.where(problem.cornered, 0.0, trial.u[:, : len(problem.cornered)])
-            y = np.array(trial.y)
-            y[:, at] -= read_error(instrument, smooth @ problem.feedthrough[at], problem.step_s)
-            out[t] = replace(trial, y=y)
+            missed = np.zeros_like(trial.y)
+            missed[:, at] = read_error(instrument, smooth @ problem.feedthrough[at], problem.step_s)
+            before = 0.0 if trial.missed is None else trial.missed
+            out[t] = replace(trial, y=trial.y - missed, missed=before + missed)
     return tuple(out)
 
 

@@ -1,4 +1,4 @@
-"""What was nearly as likely when a mechanism was chosen, beside what was found after it."""
+"""The same mechanism elsewhere, and what was nearly as likely when one was chosen."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnosis.beginning import likeliest
+from twin.diagnosis.beginning import added, likeliest, moved_to
+from twin.diagnosis.candidates import Candidate
+from twin.diagnosis.dropping import on_part, settled_against
 from twin.diagnosis.explanation import Explanation, explained
 from twin.diagnosis.portion import SURE
 
@@ -64,6 +66,35 @@ def in_their_place(best: Explanation, rivals: Sequence[Rival], cost: float) -> l
         found = _instead(best, best.labels.index(rival.chosen), rival.explanation, cost)
         if found is not None:
             out.append(found)
+    return out
+
+
+def elsewhere(best: Explanation, candidates: Sequence[Candidate], cost: float) -> list[Explanation]:
+    """Return the explanation with its last mechanism at other places, where it may be as likely.
+
+    A place says how probable it is only beside every other one; where few modes tell places apart,
+    those that the screening puts behind may be ahead once they are fitted.
+
+    Args:
+        best: the explanation.
+        candidates: the same mechanism at the other places.
+        cost: of each mechanism [nat].
+    """
+    if not candidates:
+        return []
+    h, z = best.hypothesis, best.fit.z
+    rest = replace(h, mechanisms=h.mechanisms[:-1], priors=h.priors[:-1])
+    found, beside, out = h.at(z)[-1], on_part(best), []
+    for candidate in candidates:
+        starts = [*candidate.starts, replace(found, place=candidate.label[1])]
+        grown = added(rest, candidate, starts[-1])
+        options = [moved_to(added(rest, candidate, start), h, z, start) for start in starts]
+        _, begun = likeliest(grown, options)
+        if beside is not None and settled_against(grown, [begun], beside):
+            continue
+        there = explained(grown, begun, cost, best)
+        if there is not None:
+            out.append(there)
     return out
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.measured import Measured
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.straight import prefiltered
 from twin.estimation.averages import averages_at
@@ -125,7 +126,8 @@ class Predictor:
                 break
             found = geometry.along(moved[:, :n], moved[:, self.coordinates :], driving)
             forces, readings = found.forces, found.readings
-        return self._recorded(readings - passed.e)
+        missed = 0.0 if own.missed is None else own.missed[first:last]
+        return self._recorded(readings - passed.e + missed)
 
     def _recorded(self, predicted: Array) -> Array:
         """Return outputs as the instruments show them that are at fault in their samples."""
@@ -158,8 +160,9 @@ def predictors(hypothesis: Hypothesis, z: Array) -> list[Predictor]:
 def placed(fitted: Hypothesis, z: Array, problem: Problem) -> tuple[Hypothesis, Array]:
     """Return a fitted hypothesis beside other recordings.
 
-    Their noise levels are those of their own samples; the process noise is that of the recordings
-    it was fitted to.
+    The noise of their instruments is what their own samples show, but no more than it was in the
+    recordings of the fit, in their unit or as a share of what they read: a floor that is read off
+    samples holds whatever else is as fast. The process noise is that of the fit.
 
     Args:
         fitted: on the training recordings.
@@ -171,11 +174,42 @@ def placed(fitted: Hypothesis, z: Array, problem: Problem) -> tuple[Hypothesis, 
     there = replace(own, recordings=problem.recordings, scale=problem.scale)
     here = replace(fitted, problem=there)
     process = [v for name, v in known.items() if name.startswith("process noise")]
+    most = _most_noise(fitted, z, there)
     values = np.zeros(len(here.unknowns))
     for i, unknown in enumerate(here.unknowns):
-        other = float(np.mean(process)) if unknown.name.startswith("process noise") else 0.0
-        values[i] = known.get(unknown.name, other)
+        if unknown.name in most:
+            above = np.log(most[unknown.name]) - unknown.mean
+            values[i] = min(above / unknown.deviation, 0.0)
+        elif unknown.name.startswith("process noise"):
+            values[i] = float(np.mean(process))
+        else:
+            values[i] = known.get(unknown.name, 0.0)
     return here, values
+
+
+def _most_noise(fitted: Hypothesis, z: Array, there: Problem) -> dict[str, float]:
+    """Return the most that each channel's noise can be in other recordings, by its name."""
+    own = fitted.problem
+    levels = {u.name: u.value(float(v)) for u, v in zip(fitted.unknowns, z, strict=True)}
+    seen = [(r.name, _readings(own, r)) for r in own.recordings]
+    out = dict[str, float]()
+    for recording in there.recordings:
+        for channel, reading in _readings(there, recording).items():
+            found = [
+                level * max(1.0, reading / readings[channel])
+                for name, readings in seen
+                if (level := levels.get(f"noise of {channel} in {name}")) and readings[channel]
+            ]
+            if found:
+                out[f"noise of {channel} in {recording.name}"] = max(found)
+    return out
+
+
+def _readings(problem: Problem, recording: Measured) -> dict[str, float]:
+    """Return the RMS of every channel of a recording."""
+    table = np.hstack([recording.u, recording.y])
+    rms = np.sqrt(np.nanmean(table**2, axis=0))
+    return dict(zip((*problem.model.inputs, *problem.model.outputs), rms.tolist(), strict=True))
 
 
 def nrmse(measured: Sequence[Array], predicted: Sequence[Array]) -> float:

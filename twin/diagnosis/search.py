@@ -16,7 +16,7 @@ from twin.diagnosis.dropping import on_part, settled_against, without_needless
 from twin.diagnosis.explanation import Explanation, explained, from_prior_noise
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.motion import Motion
-from twin.diagnosis.moving import Rival, in_their_place, rivals_of
+from twin.diagnosis.moving import Rival, elsewhere, in_their_place, rivals_of
 from twin.diagnosis.non_parametric import doubtful, in_place_of
 from twin.diagnosis.portion import ROUGH, SURE, beginning_of, on_a_part
 from twin.diagnosis.predict import predictors
@@ -111,6 +111,12 @@ def search(
         trifling = False
         if better:
             best = from_prior_noise(_no_trifle(better))
+            asked = {s.candidate.label for scores in moves for s in scores}
+            there = elsewhere(best, _like(best, worth, asked), cost)
+            for explanation in there:
+                _keep(tried, explanation)
+            fits += there
+            best = max([best, *there], key=lambda e: e.log_odds)
             rivals += rivals_of(best, fits)
             best = without_needless(best, cost, tried)
             hypothesis, found = at_its_tolerance(*again(best.hypothesis, best.fit))
@@ -152,6 +158,15 @@ def _included(candidate: Candidate, h: Hypothesis) -> bool:
     """Return whether a candidate is there already, or only another form of what is there."""
     there = {(m.name, m.place) for m in h.mechanisms}
     return candidate.label in there or any(law.includes(candidate.starts[0]) for law in h.laws)
+
+
+def _like(
+    best: Explanation, worth: Sequence[Score], asked: set[tuple[str, str]]
+) -> list[Candidate]:
+    """Return what was found last at the places where it is worth a fit and was not asked for."""
+    last = best.hypothesis.mechanisms[-1]
+    others = [s.candidate for s in worth if s.candidate.label not in asked]
+    return [c for c in others if c.label[0] == last.name and not isinstance(last, ChannelFault)]
 
 
 def _keep(tried: Tried, explanation: Explanation) -> None:

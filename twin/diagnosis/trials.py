@@ -37,11 +37,12 @@ def trial_of(
     u = recording.u if u is None else u
     known, between = np.array(recording.y if y is None else y), u
     known[len(known) - EDGE :] = np.nan
-    blur = None
+    blur = missed = None
     if not np.all(problem.cornered):
         smooth = np.where(problem.cornered, 0.0, u)
         # to first order what the lines miss is what the nominal twin misses
-        known -= hold_error(problem.model, smooth, problem.step_s)
+        missed = hold_error(problem.model, smooth, problem.step_s)
+        known -= missed
         between = np.where(problem.cornered, u, prefiltered(u))
         blur = aliased(problem.model, smooth, problem.step_s, recording.input_noise)
         blur[blur < BESIDE_NOISE * recording.output_noise**2] = 0.0
@@ -56,4 +57,4 @@ def trial_of(
     if problem.rings:
         limited = np.concatenate([~problem.cornered, np.ones(problem.pseudo_forces, bool)])
     seen = blur if blur is not None and np.any(blur) else None
-    return Trial(u, between, known, problem.step_s, limited, seen)
+    return Trial(u, between, known, problem.step_s, limited, seen, missed)

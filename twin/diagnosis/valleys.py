@@ -13,8 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis.adjusted import Adjusted
-from twin.diagnosis.beginning import added, likeliest, moved_to, nominal
+from twin.diagnosis.beginning import added, likeliest, moved_to, nominal, widened
 from twin.diagnosis.candidates import Candidate
+from twin.diagnosis.drawing import LEAST
+from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.linearised import Linearised
 from twin.diagnosis.portion import ROUGH, beginning_of
 from twin.estimation.fit import Fit
@@ -85,6 +87,8 @@ def of_valleys(fit: Fit, linear: Linearised, candidates: Sequence[Candidate]) ->
     behind: list[_Race] = []
     racing = _halved_by_kind(racing, behind)
     racing = [(c, _likelier(_followed(adjusted, here, runners))) for c, runners in racing]
+    if _apart(short, here.z):
+        racing = [(c, _with_nominal(linear, short, here, c, runners)) for c, runners in racing]
     # what gains no more on this part than a step has to is as far as it gets
     behind += [(c, runners) for c, runners in racing if not runners[0][0] > ROUGH]
     racing = _ahead([(c, runners) for c, runners in racing if runners[0][0] > ROUGH], behind)
@@ -132,6 +136,34 @@ def _followed(adjusted: Adjusted, here: Fit, runners: list[_Runner]) -> list[_Ru
     if last.shifts_resonance or last.valleys == 1:
         return [_further(here.log_posterior, runner, FIRST) for runner in runners[:ALIKE]]
     return [_begun(adjusted, runner, FIRST) for runner in runners]
+
+
+def _apart(hypothesis: Hypothesis, z: Array) -> bool:
+    """Return whether a calibration has moved masses and stiffnesses by more than a drawing errs."""
+    problem = hypothesis.problem
+    moved = problem.tolerance * z[: len(problem.stiffnesses) + len(problem.masses)]
+    return bool(len(moved) and np.sqrt(np.mean(moved**2)) > LEAST)
+
+
+def _with_nominal(
+    linear: Linearised, short: Hypothesis, here: Fit, candidate: Candidate, runners: list[_Runner]
+) -> list[_Runner]:
+    """Return runners with one from the nominal twin, where a resonance goes with its strength.
+
+    A calibration that has gone far to stand for what is missing is in another valley than it is.
+    """
+    if not candidate.starts[0].shifts_resonance:
+        return runners
+    begun = []
+    for start in candidate.starts:
+        grown = added(short, candidate, start)
+        model = linear.beside(grown)
+        z = widened(grown, nominal(grown, moved_to(grown, short, here.z, start)))
+        begun.append((likeliest(model, [z])[0] - here.log_posterior, z, model))
+    begun.sort(key=lambda runner: -runner[0])
+    first = [_further(here.log_posterior, runner, FIRST) for runner in begun[:ALIKE]]
+    found = _further(here.log_posterior, max(first, key=lambda r: r[0]), sum(LAPS))
+    return sorted([*runners, found], key=lambda runner: -runner[0])
 
 
 def _halved_by_kind(racing: list[_Race], behind: list[_Race]) -> list[_Race]:

@@ -28,6 +28,8 @@ class Trial:
         step_s: sampling interval [s].
         smooth: inputs that are band-limited between samples, (r,); none without.
         blur: variances of the outputs beside their noise's, (samples, m), if there are any.
+        missed: what smooth inputs do to the outputs beyond their lines, (samples, m), if they do;
+            it is not in ``y``.
     """
 
     u: Array
@@ -36,6 +38,7 @@ class Trial:
     step_s: float
     smooth: NDArray[np.bool_] | None = None
     blur: Array | None = None
+    missed: Array | None = None
 
     def finely(self, held: NDArray[np.bool_], steps: int) -> Array:
         """Return the inputs where each part of a sample begins, (samples steps, r).
