@@ -146,6 +146,23 @@ def test_with_gaps_the_gradient_is_that_of_the_likelihood_to_a_fraction_of_its_s
         assert here.gradient[i] == pytest.approx(change, abs=0.5 * spread), unknown.name
 
 
+def test_where_a_recording_begins_without_outputs_the_gradient_is_as_right_as_with_them():
+    whole = shaken(300, 5)
+    y = whole.y.copy()
+    y[:40], y[40:60, 0], y[-20:] = np.nan, np.nan, np.nan
+    for trial in (whole, replace(whole, y=y)):
+        model = TwoMasses((trial,))
+        z = 0.2 * np.random.default_rng(6).normal(size=len(model.unknowns))
+        here = evaluate(model, z)
+        for i, unknown in enumerate(model.unknowns):
+            step = np.zeros(len(z))
+            step[i] = 1e-4
+            a, b = (evaluate(model, z + s * step, derivatives=False) for s in (1, -1))
+            change = (a.log_likelihood - b.log_likelihood) / 2e-4
+            spread = np.sqrt(here.information[i, i])
+            assert here.gradient[i] == pytest.approx(change, abs=0.03 * spread), unknown.name
+
+
 def test_noise_levels_of_one_recording_leave_the_others_alone():
     trials = (shaken(120, 7), shaken(150, 8))
     both = evaluate(TwoMasses(trials), np.zeros(5))

@@ -16,13 +16,18 @@ def near(stiffness, level, rms):
     return plant, Noise(np.array([level, 0.2]), np.array([0.1, 0.2]), start)
 
 
+LATE = np.array([[True, True]] * 5 + [[True, False]] * 3)
+
+
+@pytest.mark.parametrize("missing", [None, LATE])
 @pytest.mark.parametrize("with_laws", [False, True])
-def test_systems_side_by_side_have_the_gains_that_each_has_alone(with_laws):
+def test_systems_side_by_side_have_the_gains_that_each_has_alone(with_laws, missing):
     systems = [near(400.0, 0.3, 0.5), near(450.0, 0.3, 0.4), near(400.0, 0.1, 0.5)]
     laws = EquivalentLinear(np.full((5, 5), -1e-3), np.full((2, 5), 0.1)) if with_laws else None
-    gain, innovation = neighbouring_gains(systems, 20, laws)
+    gain, innovation = neighbouring_gains(systems, 20, laws, missing)
+    first = 20 if missing is None else 20 - len(missing)
     for i, (plant, noise) in enumerate(systems):
-        alone = gains(plant, noise, 20, laws)
+        alone = gains(plant, noise, first, laws, missing)
         together = np.concatenate([alone.state, alone.held], axis=1)
         assert gain[..., i] == pytest.approx(together, rel=1e-9, abs=1e-12)
         assert innovation[..., i] == pytest.approx(alone.innovation, rel=1e-9, abs=1e-12)

@@ -89,12 +89,17 @@ def nominal(hypothesis: Hypothesis, z: Array) -> Array:
     return out
 
 
+def from_nominal(hypothesis: Hypothesis, z: Array) -> Array:
+    """Return values of the nominal twin with wide process noise."""
+    return widened(hypothesis, nominal(hypothesis, z))
+
+
 def beginnings(hypothesis: Hypothesis, z: Array) -> list[Array]:
     """Return where a fit may begin: as it is, with wide process noise, with the nominal twin.
 
     Where laws that jump are simulated, with wide noise and sharp jumps, too.
     """
-    out = [z, widened(hypothesis, z), widened(hypothesis, nominal(hypothesis, z))]
+    out = [z, widened(hypothesis, z), from_nominal(hypothesis, z)]
     sharp = as_sharp(hypothesis, out[1])
     return [*out, sharp] if hypothesis.simulated and not np.array_equal(sharp, out[1]) else out
 

@@ -62,6 +62,20 @@ def at_its_tolerance(h: Hypothesis, found: Fit) -> tuple[Hypothesis, Fit]:
     return (h, found) if moved is None else (other, moved)
 
 
+def far_off(problem: Problem, z: Array) -> bool:
+    """Return whether a fit has moved masses and stiffnesses by more than a drawing errs.
+
+    What it lacks is then likely to be what they stand for, and is in another valley than it is:
+    that is looked for from the nominal twin, too.
+
+    Args:
+        problem: the estimation problem.
+        z: values of the unknowns, base first, (p,).
+    """
+    moved = problem.tolerance * z[: _count(problem)]
+    return bool(len(moved) and np.sqrt(np.mean(moved**2)) > LEAST)
+
+
 def in_words(problem: Problem) -> str:
     """Say what tolerance the recordings show."""
     return (

@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnosis.beginning import added, likeliest, moved_to
+from twin.diagnosis.beginning import added, attempted, likeliest, moved_to
 from twin.diagnosis.candidates import Candidate
-from twin.diagnosis.dropping import on_part, settled_against
 from twin.diagnosis.explanation import Explanation, explained
-from twin.diagnosis.portion import SURE
+from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.portion import ROUGH, SURE, beginning_of
+from twin.mechanisms.mechanism import ChannelFault
 
 Array = NDArray[np.float64]
 Label = tuple[str, str]
@@ -77,25 +78,46 @@ def elsewhere(best: Explanation, candidates: Sequence[Candidate], cost: float) -
 
     Args:
         best: the explanation.
-        candidates: the same mechanism at the other places.
+        candidates: what may be; none but the same mechanism at other places is tried, and of what
+            is a channel's none.
         cost: of each mechanism [nat].
     """
-    if not candidates:
-        return []
     h, z = best.hypothesis, best.fit.z
+    (*_, found), (*_, (name, place)) = h.at(z), best.labels
+    others = [c for c in candidates if c.label[0] == name and c.label[1] != place]
+    if not others or isinstance(found, ChannelFault):
+        return []
     rest = replace(h, mechanisms=h.mechanisms[:-1], priors=h.priors[:-1])
-    found, beside, out = h.at(z)[-1], on_part(best), []
-    for candidate in candidates:
-        starts = [*candidate.starts, replace(found, place=candidate.label[1])]
-        grown = added(rest, candidate, starts[-1])
-        options = [moved_to(added(rest, candidate, start), h, z, start) for start in starts]
-        _, begun = likeliest(grown, options)
-        if beside is not None and settled_against(grown, [begun], beside):
+    part = attempted(beginning_of(h), z, enough=ROUGH)
+    least = -np.inf if part is None else part.log_evidence - SURE
+    out = []
+    for candidate in others:
+        there = replace(found, place=candidate.label[1])
+        grown = added(rest, candidate, there)
+        starts = (there, there.scaled(_as_much(h, place, there.place)))
+        begun = [
+            attempted(beginning_of(grown), moved_to(grown, h, z, start), hopeless=least,
+                      enough=ROUGH)
+            for start in starts
+        ]  # fmt: skip
+        near = max((f for f in begun if f is not None), key=lambda f: f.log_evidence, default=None)
+        if near is None or near.log_evidence < least:
             continue
-        there = explained(grown, begun, cost, best)
-        if there is not None:
-            out.append(there)
+        moved = explained(grown, near.z, cost, best)
+        if moved is not None:
+            out.append(moved)
     return out
+
+
+def _as_much(h: Hypothesis, place: str, other: str) -> float:
+    """Return how many times as strong a pull elsewhere does as much, by the square of the motion.
+
+    Only the scales of ports are known; what has no port is left as strong.
+    """
+    ports = h.problem.model.ports
+    if h.scales is None or not {place, other} <= set(ports):
+        return 1.0
+    return (h.scales.at(place)[1] / h.scales.at(other)[1]) ** 2
 
 
 def _instead(best: Explanation, at: int, other: Explanation, cost: float) -> Explanation | None:

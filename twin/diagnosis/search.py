@@ -8,10 +8,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnosis.beginning import added, attempted, beginnings, likeliest, moved_to, start_of
+from twin.diagnosis.beginning import (
+    added,
+    attempted,
+    beginnings,
+    from_nominal,
+    likeliest,
+    moved_to,
+    start_of,
+)
 from twin.diagnosis.between import again
 from twin.diagnosis.candidates import Candidate, motions, scales_of
-from twin.diagnosis.drawing import at_its_tolerance, odds_of
+from twin.diagnosis.drawing import at_its_tolerance, far_off, odds_of
 from twin.diagnosis.dropping import on_part, settled_against, without_needless
 from twin.diagnosis.explanation import Explanation, explained, from_prior_noise
 from twin.diagnosis.hypothesis import Hypothesis
@@ -111,8 +119,7 @@ def search(
         trifling = False
         if better:
             best = from_prior_noise(_no_trifle(better))
-            asked = {s.candidate.label for scores in moves for s in scores}
-            there = elsewhere(best, _like(best, worth, asked), cost)
+            there = elsewhere(best, [s.candidate for s in worth], cost)
             for explanation in there:
                 _keep(tried, explanation)
             fits += there
@@ -158,15 +165,6 @@ def _included(candidate: Candidate, h: Hypothesis) -> bool:
     """Return whether a candidate is there already, or only another form of what is there."""
     there = {(m.name, m.place) for m in h.mechanisms}
     return candidate.label in there or any(law.includes(candidate.starts[0]) for law in h.laws)
-
-
-def _like(
-    best: Explanation, worth: Sequence[Score], asked: set[tuple[str, str]]
-) -> list[Candidate]:
-    """Return what was found last at the places where it is worth a fit and was not asked for."""
-    last = best.hypothesis.mechanisms[-1]
-    others = [s.candidate for s in worth if s.candidate.label not in asked]
-    return [c for c in others if c.label[0] == last.name and not isinstance(last, ChannelFault)]
 
 
 def _keep(tried: Tried, explanation: Explanation) -> None:
@@ -276,8 +274,11 @@ def _compared(
     found: dict[int, tuple[float, Array]] = {}
     for index, (h, z) in enumerate(grown):
         ahead = max((found[i][0] for i in found if gains[i] >= gains[index]), default=-np.inf)
-        part = attempted(beginning_of(h), z, hopeless=ahead - SURE, enough=ROUGH)
-        found[index] = (-np.inf, z) if part is None else (part.log_evidence, part.z)
+        begun = [z, from_nominal(h, z)] if far_off(h.problem, z) else [z]
+        parts = [attempted(beginning_of(h), at, hopeless=ahead - SURE, enough=ROUGH)
+                 for at in begun]  # fmt: skip
+        told = [(part.log_evidence, part.z) for part in parts if part is not None]
+        found[index] = max(told, key=lambda pair: pair[0], default=(-np.inf, z))
     return {
         index: z
         for index, (value, z) in found.items()

@@ -82,7 +82,7 @@ def negligible(
         greatest = _greatest(mechanisms, sizes, mechanism.place)
         for port in hypothesis.ports:
             if port != mechanism.place or index != greatest:
-                level = fit.values[f"discrepancy {port}"]
+                level = _left_at(port, fit, problem)
                 left = max(left, level * float(np.linalg.norm(model.port(port))))
         if isinstance(mechanism, StructuralChange) and mechanism.verdict == "parameter":
             left = max(left, _scatter(problem, mechanism, count, beside))
@@ -139,8 +139,22 @@ def left_share(
     if not isinstance(mechanism, Law) or size is None:
         return None
     row = hypothesis.problem.model.port(mechanism.place)
-    left = fit.values[f"discrepancy {mechanism.place}"] * float(np.linalg.norm(row))
+    left = _left_at(mechanism.place, fit, hypothesis.problem) * float(np.linalg.norm(row))
     return float(left / np.hypot(left, size)) if left or size else None
+
+
+def _left_at(port: str, fit: Fit, problem: Problem) -> float:
+    """Return the RMS by which the discrepancy at a port varies within the longest recording.
+
+    One that is slower than that is a force that stays: a structure at rest between jaws that grip
+    it knows one, and no motion does. Of first-order noise with the corner w, over a time T = x/w,
+    the variance about the mean is 1 - 2/x + 2 (1 - e^-x)/x^2 of the whole (Papoulis 1991, ch. 13).
+    """
+    longest = max(len(r.y) for r in problem.recordings) * problem.step_s
+    x = 2 * np.pi * fit.values[f"discrepancy {port} frequency"] * longest
+    # the series begins with x/3; the difference of the exact terms would be rounding
+    varies = 1 - 2 / x - 2 * np.expm1(-x) / x**2 if x > 1e-3 else x / 3
+    return float(fit.values[f"discrepancy {port}"] * np.sqrt(varies))
 
 
 def _scatter(

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis.adjusted import Adjusted
-from twin.diagnosis.beginning import added, likeliest, moved_to, nominal, widened
+from twin.diagnosis.beginning import added, from_nominal, likeliest, moved_to, nominal
 from twin.diagnosis.candidates import Candidate
-from twin.diagnosis.drawing import LEAST
+from twin.diagnosis.drawing import far_off
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.linearised import Linearised
 from twin.diagnosis.portion import ROUGH, beginning_of
@@ -87,7 +87,7 @@ def of_valleys(fit: Fit, linear: Linearised, candidates: Sequence[Candidate]) ->
     behind: list[_Race] = []
     racing = _halved_by_kind(racing, behind)
     racing = [(c, _likelier(_followed(adjusted, here, runners))) for c, runners in racing]
-    if _apart(short, here.z):
+    if far_off(short.problem, here.z):
         racing = [(c, _with_nominal(linear, short, here, c, runners)) for c, runners in racing]
     # what gains no more on this part than a step has to is as far as it gets
     behind += [(c, runners) for c, runners in racing if not runners[0][0] > ROUGH]
@@ -138,13 +138,6 @@ def _followed(adjusted: Adjusted, here: Fit, runners: list[_Runner]) -> list[_Ru
     return [_begun(adjusted, runner, FIRST) for runner in runners]
 
 
-def _apart(hypothesis: Hypothesis, z: Array) -> bool:
-    """Return whether a calibration has moved masses and stiffnesses by more than a drawing errs."""
-    problem = hypothesis.problem
-    moved = problem.tolerance * z[: len(problem.stiffnesses) + len(problem.masses)]
-    return bool(len(moved) and np.sqrt(np.mean(moved**2)) > LEAST)
-
-
 def _with_nominal(
     linear: Linearised, short: Hypothesis, here: Fit, candidate: Candidate, runners: list[_Runner]
 ) -> list[_Runner]:
@@ -158,7 +151,7 @@ def _with_nominal(
     for start in candidate.starts:
         grown = added(short, candidate, start)
         model = linear.beside(grown)
-        z = widened(grown, nominal(grown, moved_to(grown, short, here.z, start)))
+        z = from_nominal(grown, moved_to(grown, short, here.z, start))
         begun.append((likeliest(model, [z])[0] - here.log_posterior, z, model))
     begun.sort(key=lambda runner: -runner[0])
     first = [_further(here.log_posterior, runner, FIRST) for runner in begun[:ALIKE]]

@@ -72,8 +72,9 @@ def gains(
         noise: levels, and the covariance of the state before the first sample.
         first: samples before the stationary gain takes over; as many as it needs without.
         equivalent: what laws add to the linear system, if there are laws.
-        missing: outputs that were not measured, (samples, m); there are then gains for every
-            sample (Jones 1980), and a missing output's innovation has variance 1.
+        missing: outputs that were not measured, to the last gap, (samples, m); there are then
+            gains for every sample to that (Jones 1980), and a missing output's innovation has
+            variance 1.
 
     Raises:
         ValueError: the Riccati equation has no stationary solution, or outputs are without noise.
@@ -216,8 +217,7 @@ def _propagate(A, AT, W, Q, P, state, held, S, AP, K, KT, KS):  # type: ignore[n
 
 @numba.njit(nogil=True, cache=True)
 def _sequence(A, C, W, V, Q, R, start, stationary, first, missing):  # type: ignore[no-untyped-def]
-    gaps = len(missing) > 0
-    most = len(missing) if gaps else LONGEST_START if first < 0 else first
+    most = len(missing) + (LONGEST_START if first < 0 else first)
     n, m, w = A.shape[0], C.shape[0], W.shape[1]
     state = np.zeros((most + 1, n, m))
     held = np.zeros((most + 1, w, m))
@@ -231,7 +231,7 @@ def _sequence(A, C, W, V, Q, R, start, stationary, first, missing):  # type: ign
     used, settled = 0, False
     for k in range(most):
         gap = False
-        if gaps:
+        if k < len(missing):
             for o in range(m):
                 gap = gap or missing[k, o]
         if gap:
@@ -247,7 +247,7 @@ def _sequence(A, C, W, V, Q, R, start, stationary, first, missing):  # type: ign
         elif not settled:
             _correct(C, CT, V, VT, R, P, PC, state[k], held[k], innovation[k], inverse)
             settled = first < 0 and np.abs(innovation[k] - last).max() <= SAME * size
-            if settled and not gaps:
+            if settled and k >= len(missing):
                 break
         if settled:
             state[k], held[k], innovation[k] = last_state, last_held, last

@@ -64,11 +64,23 @@ class Trial:
 
     @cached_property
     def missing(self) -> NDArray[np.bool_] | None:
-        """Which outputs are missing, (samples, m); None where all are there to the last one."""
+        """Which outputs are missing, to the last gap, (samples, m); None where there is no gap.
+
+        What is missing at the end is none: nothing is predicted after it.
+        """
         missing = np.isnan(self.y)
         measured = np.flatnonzero(~missing.all(axis=1))
-        last = measured[-1] + 1 if len(measured) else 0
-        return missing if missing[:last].any() else None
+        gaps = np.flatnonzero(missing[: measured[-1] + 1 if len(measured) else 0].any(axis=1))
+        return missing[: gaps[-1] + 1] if len(gaps) else None
+
+    @cached_property
+    def begins_without(self) -> NDArray[np.bool_] | None:
+        """The same, of the gap that the recording begins with alone."""
+        missing = self.missing
+        if missing is None or not missing[0].any():
+            return None
+        whole = np.flatnonzero(~missing.any(axis=1))
+        return missing[: whole[0]] if len(whole) else missing
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,10 @@ Array = NDArray[np.float64]
 
 
 def neighbouring_gains(
-    systems: Sequence[tuple[Sampled, Noise]], count: int, equivalent: EquivalentLinear | None
+    systems: Sequence[tuple[Sampled, Noise]],
+    count: int,
+    equivalent: EquivalentLinear | None,
+    missing: NDArray[np.bool_] | None = None,
 ) -> tuple[Array, Array]:
     """Return corrections of state and held disturbances, and the innovations' covariances.
 
@@ -30,6 +33,7 @@ def neighbouring_gains(
         systems: k sampled systems of one shape with their noise levels.
         count: samples before the stationary gain takes over.
         equivalent: what laws add to each of them, if there are laws.
+        missing: outputs that were not measured in the first samples, (samples, m).
 
     Returns:
         Corrections (count + 1, n + w, m, k) and covariances (count + 1, m, m, k), the last ones
@@ -45,22 +49,30 @@ def neighbouring_gains(
     n, m, w, k = len(A), len(C), W.shape[1], A.shape[2]
     state, held = np.zeros((count + 1, n, m, k)), np.zeros((count + 1, w, m, k))
     innovation = np.zeros((count + 1, m, m, k))
-    _sequences(A, C, W, V, Q, R, start, P, state, held, innovation)
+    gaps = np.zeros((0, m), bool) if missing is None else np.ascontiguousarray(missing)
+    _sequences(A, C, W, V, Q, R, start, P, gaps, state, held, innovation)
     return np.concatenate([state, held * levels[:, None]], axis=1), innovation
 
 
 @numba.njit(nogil=True, cache=True)
-def _sequences(A, C, W, V, Q, R, start, stationary, state, held, innovation):
+def _sequences(A, C, W, V, Q, R, start, stationary, missing, state, held, innovation):
     n, m, k = len(A), len(C), A.shape[2]
+    every_C, every_V, every_R = C, V, R
     P, PC, AP = start.copy(), np.zeros((n, m, k)), np.zeros((n, n, k))
     K, KS, work = np.zeros((n, m, k)), np.zeros((n, m, k)), np.zeros((m, m, k))
     inverse = np.zeros((m, m, k))
-    VT, rows = _transposed(V), np.zeros((m, n, k))
+    rows = np.zeros((m, n, k))
     last = len(state) - 1
     for t in range(last + 1):
         S = innovation[t]
         if t == last:
             P[:] = stationary
+        if t <= len(missing):
+            C, V, R = every_C.copy(), every_V.copy(), every_R.copy()
+            for o in range(m if t < len(missing) else 0):
+                if missing[t, o]:
+                    C[o], V[o], R[o, o] = 0.0, 0.0, 1.0
+            VT = _transposed(V)
         PC[:], S[:] = 0.0, R
         _add_product(PC, P, C, n)
         _transpose(PC, rows)

@@ -171,7 +171,9 @@ def _of_trial(
 ) -> Slopes:
     plant, equivalent = plants[here.which[trial]], averages.equivalent
     own, filtering = predicting(plant), averages.filtering(plant)
-    base = gains(filtering, here.noises[trial], equivalent=equivalent)
+    # gains after a gap in between are taken to follow as those without it
+    missing = here.trials[trial].begins_without
+    base = gains(filtering, here.noises[trial], equivalent=equivalent, missing=missing)
     step, read, gain = step_matrix(own), read_matrix(own), gain_matrices(base)
     simulation, deviation = simulation_matrix(plant), deviation_matrix(filtering)
     columns = [
@@ -212,7 +214,7 @@ def _of_trial(
     if near:
         # the last one is the model itself, so that rounding is alike in both
         near.append((filtering, here.noises[trial]))
-        gains_near, covariances = neighbouring_gains(near, len(gain) - 1, equivalent)
+        gains_near, covariances = neighbouring_gains(near, len(gain) - 1, equivalent, missing)
         dgain[..., changed] = (gains_near[..., :-1] - gains_near[..., -1:]) / steps
         dS[..., np.array(order)[changed]] = (covariances[..., :-1] - covariances[..., -1:]) / steps
     return Slopes(dstep, dread, dgain, dnumbers, dsimulation, ddeviation, dread_deviation, dS,

@@ -13,6 +13,10 @@ from twin.mechanisms.mechanism import Law, Surroundings
 from twin.mechanisms.scales import TINY, peak
 from twin.parameter import Parameter
 
+KNOWN = 0.01
+"""Share to which what the part takes over is its own stiffness, as a good drawing knows one: what
+differs by more is a change of the storey's stiffness, which has a name of its own."""
+
 
 def law(
     drift: Any, rate: Any, memory: Any, time: Any, stiffness: Any, gap: Any, replaced: Any
@@ -26,8 +30,8 @@ def law(
 class Clearance(Law):
     """f = stiffness deadzone(d, gap) - replaced d, with deadzone(d, g) = d - clip(d, -g, g).
 
-    With ``replaced`` = ``stiffness`` a part of the storey's own stiffness has play; with
-    ``replaced`` = 0 it is a brace that was added and has play.
+    With ``replaced`` = ``stiffness`` a part of the storey's own stiffness has play. A brace that
+    was added and has play is the same beside a storey that is stiffer by as much.
 
     Source: Shaw and Holmes 1983; backlash as in Nordin and Gutman 2002.
     """
@@ -43,7 +47,7 @@ class Clearance(Law):
     reference: ClassVar[str] = "Shaw and Holmes 1983; Nordin and Gutman 2002"
     abrupt: ClassVar[bool] = True
     elastic: ClassVar[bool] = True
-    shares: ClassVar = {"replaced": ("stiffness", 1.0, 0.5)}  # most likely the storey's own part
+    shares: ClassVar = {"replaced": ("stiffness", 1.0, KNOWN)}  # the storey's own part
 
     stiffness: float = 0.0
     gap: float = 1e-3
@@ -56,12 +60,12 @@ class Clearance(Law):
     law = staticmethod(law)
 
     def priors(self) -> dict[str, tuple[float, float]]:
-        """It is most likely a part of the storey itself that has play.
+        """It is a part of the storey itself that has play.
 
         It is held to the stiffness that a fit starts from; its rounds follow.
         """
         own = max(self.stiffness, TINY)
-        return {"replaced": (own, 0.5 * own)}
+        return {"replaced": (own, KNOWN * own)}
 
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Add a tendon whose spring has a dead range, and one that takes stiffness away."""
