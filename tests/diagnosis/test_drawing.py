@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from diagnosis_support import lumped, recorded
 
-from twin.diagnosis.drawing import LEAST, at_its_tolerance, in_words, odds_of
+from twin.diagnosis.drawing import LEAST, at_its_tolerance, far_off, in_words, odds_of
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.pipeline import diagnose
 from twin.diagnosis.prepare import prepare
@@ -48,6 +48,17 @@ def test_what_is_off_throughout_widens_the_tolerance(loose):
 def test_one_mass_that_stands_out_does_not():
     hypothesis, _ = at_its_tolerance(*fitted(built(0.002, -0.003, 0.25, 0.001)))
     assert hypothesis.problem.tolerance < 2.5 * LEAST
+
+
+def test_a_calibration_is_far_off_where_it_moves_the_twin_by_more_than_a_drawing_errs(loose):
+    hypothesis, found = loose
+    assert far_off(hypothesis.problem, found.z)
+    assert not far_off(hypothesis.problem, 0 * found.z)
+    near, close = fitted(built(0.004, -0.003, 0.005, 0.001))
+    assert not far_off(near.problem, close.z)
+    # it is the masses and stiffnesses that count, whatever their prior deviation is
+    wider = replace(near.problem, tolerance=10 * near.problem.tolerance)
+    assert far_off(wider, np.ones(len(close.z)))
 
 
 def test_what_the_user_says_stands(loose):

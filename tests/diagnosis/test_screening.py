@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from diagnosis_support import lumped, recorded, rng, tones
 
-from twin.diagnosis.beginning import added, moved_to, start_of
+from twin.diagnosis.beginning import added, from_nominal, moved_to, start_of
 from twin.diagnosis.candidates import Candidate, motions, priors_of, scales_of, surroundings
+from twin.diagnosis.drawing import far_off
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.linearised import Linearised
 from twin.diagnosis.pipeline import diagnose
@@ -64,6 +65,24 @@ def test_a_base_that_resonates_is_told_from_a_light_appendage():
     first = found.findings[0]
     assert (first.mechanism.name, first.location) == ("base_compliance", "ground")
     assert not [f for f in found.findings if f.mechanism.name == "appendage"]
+
+
+def test_a_base_that_a_calibration_stands_for_is_found_from_the_nominal_twin():
+    base = BaseCompliance("ground", 500.0, 1.0, 3.0, 3.0)
+    soft = lumped().including(base)
+    train, test = [recorded(soft, 1), recorded(soft, 4, at="floor1")], [recorded(soft, 2)]
+    blank = Hypothesis(prepare(lumped(), train, test, 0.3).train)
+    calibrated = fit(blank, start_of(blank))
+    assert far_off(blank.problem, calibrated.z)
+    moved = motions(blank.problem, blank, calibrated.z)
+    starts = BaseCompliance.starts("ground", surroundings(blank.problem, moved, "ground"))
+    giving = Candidate(starts, priors_of(starts))
+    runs = evaluate(blank, calibrated.z, derivatives=False).runs
+    (score,) = of_valleys(calibrated, Linearised.of(blank, runs), [giving])
+    true = added(blank, giving, base)
+    brought = fit(true, from_nominal(true, moved_to(true, blank, calibrated.z, base)))
+    assert score.gain > 0.5 * (brought.log_posterior - calibrated.log_posterior)
+    assert score.start.stiffness == pytest.approx(500.0, rel=0.05)
 
 
 def test_hum_on_all_channels_is_hum_on_all_channels():

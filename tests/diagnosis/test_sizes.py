@@ -10,7 +10,7 @@ from twin.diagnosis.candidates import motions, scales_of
 from twin.diagnosis.hypothesis import DISCREPANCY_SHARE, Hypothesis
 from twin.diagnosis.predict import predictors
 from twin.diagnosis.prepare import prepare
-from twin.diagnosis.sizes import forces, negligible, of_known
+from twin.diagnosis.sizes import forces, left_share, negligible, of_known
 from twin.estimation.fit import fit
 from twin.mechanisms.appendage import Appendage
 from twin.mechanisms.coulomb_friction import CoulombFriction
@@ -42,9 +42,9 @@ def hypothesis(problem, *mechanisms):
                    scales=scales_of(problem, moved))  # fmt: skip
 
 
-def is_negligible(h, found):
+def is_negligible(h, found, shown=False):
     beside = predictors(h, found.z)
-    return negligible(h, found, beside, forces(h, found.z, beside))
+    return negligible(h, found, beside, forces(h, found.z, beside), shown)
 
 
 def sizes(problem, *mechanisms):
@@ -86,6 +86,33 @@ def test_beside_a_law_a_hundredth_of_it_is_negligible_and_a_tenth_is_not(problem
         assert is_negligible(h, quiet) == [False, small]
 
 
+def test_a_force_that_stays_is_no_discrepancy(problem):
+    """Against the variance about the mean of first-order noise that is drawn."""
+    law = CubicStiffness("storey2", 1e6)
+    h = hypothesis(problem, law)
+    found = fit(h, most=1, free=np.zeros(len(h.unknowns), bool))
+    (size,) = sizes(problem, law)
+    at = [u.name for u in h.unknowns].index("discrepancy storey2 frequency")
+    unknown, longest = h.unknowns[at], len(problem.recordings[0].y) * problem.step_s
+
+    def left(corner_hz):
+        z = found.z.copy()
+        z[at] = (np.log(corner_hz) - unknown.mean) / unknown.deviation
+        share = left_share(h, replace(found, z=z), law, size)
+        return share / np.sqrt(1 - share**2)
+
+    quick = left(1e3)
+    assert left(1e-6) < 0.01 * quick
+    steps, draw = 1024, np.random.default_rng(0)
+    for x in (1.0, 6.0):
+        keeps = np.exp(-x / steps)
+        noise = draw.standard_normal((steps, 2000))
+        for k in range(1, steps):
+            noise[k] = keeps * noise[k - 1] + np.sqrt(1 - keeps**2) * noise[k]
+        varies = np.sqrt(np.mean(np.var(noise, axis=0)))
+        assert left(x / (2 * np.pi * longest)) == pytest.approx(varies * quick, rel=0.03)
+
+
 def test_a_damping_within_the_tolerance_of_the_structures_is_negligible(problem):
     own = float(np.sum(np.diag(problem.model.R)))
     for change, small in ((1e-3 * own, True), (10 * own, False)):
@@ -112,6 +139,7 @@ def test_beside_something_else_an_instrument_is_as_good_as_its_calibration(probl
             alone = hypothesis(problem, SensorGain(channel, gain))
             found = fit(alone, most=1, free=np.zeros(len(alone.unknowns), bool))
             assert is_negligible(alone, found) == [False], (gain, channel)
+            assert is_negligible(alone, found, shown=True) == [small], (gain, channel)
 
 
 def test_of_two_faults_the_one_within_its_calibration_is_negligible_and_of_two_such_none(problem):

@@ -56,7 +56,11 @@ def known_forces(hypothesis: Hypothesis, z: Array, beside: Sequence[Predictor]) 
 
 
 def negligible(
-    hypothesis: Hypothesis, fit: Fit, beside: Sequence[Predictor], sizes: Sequence[float | None]
+    hypothesis: Hypothesis,
+    fit: Fit,
+    beside: Sequence[Predictor],
+    sizes: Sequence[float | None],
+    shown: bool = False,
 ) -> list[bool]:
     """Return of every mechanism whether it is smaller than what is left beside the others.
 
@@ -68,6 +72,7 @@ def negligible(
         fit: how it came out.
         beside: the same beside its recordings.
         sizes: of the mechanisms (``forces``).
+        shown: whether the samples show faults of instruments by themselves.
     """
     model, problem = hypothesis.problem.model, hypothesis.problem
     mechanisms = hypothesis.at(fit.z)
@@ -87,7 +92,7 @@ def negligible(
         if isinstance(mechanism, StructuralChange) and mechanism.verdict == "parameter":
             left = max(left, _scatter(problem, mechanism, count, beside))
         beyond = [not w for i, w in enumerate(within) if i != index]
-        if within[index] and (known or any(beyond)):
+        if within[index] and (known or shown or any(beyond)):
             out.append(True)
         elif size is not None:
             push, acts = heard[index], not isinstance(mechanism, ChannelFault)

@@ -63,7 +63,7 @@ def judge(found: Found, beside: Sequence[Predictor], faults: Sequence[ReadOff] =
     """
     best = found.best
     sizes = forces(best.hypothesis, best.fit.z, beside)
-    small = negligible(best.hypothesis, best.fit, beside, sizes)
+    small = negligible(best.hypothesis, best.fit, beside, sizes, bool(faults))
     everything = (found.nothing, best, *found.others)
     judged = []
     for index, mechanism in enumerate(best.hypothesis.at(best.fit.z)):
