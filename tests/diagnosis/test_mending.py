@@ -53,6 +53,22 @@ def test_a_late_channel_is_shifted_with_its_corners(straight, late):
     assert errors[1] > 20 * errors[0]
 
 
+@pytest.mark.parametrize("samples", [3.2, -3.2])
+def test_what_is_hidden_moves_with_a_late_channel_and_stays_hidden_where_it_was(straight, samples):
+    problem, u, fine = straight
+    y = fine[::FINER].copy()
+    column = problem.model.outputs.index("acc_floor2")
+    y[700:760] = np.nan
+    fault = SensorDelay("acc_floor2", samples / problem.sampling_hz)
+    (trial,) = mended(recording_of(problem, u, y), [fault])
+    gone = np.flatnonzero(np.isnan(trial.y[:1400, column]))
+    # a late reading belongs to an earlier time
+    assert (gone[0], gone[-1]) == ((696, 759) if samples > 0 else (700, 763))
+    assert len(gone) == 64
+    others = np.delete(trial.y[:1400], column, axis=1)
+    assert np.array_equal(np.flatnonzero(np.isnan(others).any(axis=1)), np.arange(700, 760))
+
+
 def test_a_clock_gains_with_the_time():
     clock = Clock("acc_floor2", 1e-3)
     assert clock.moment(np.array([0.0, 10.0])) == pytest.approx([0.0, 10.01])

@@ -56,11 +56,10 @@ def test_the_rival_takes_the_place_of_what_was_chosen(wrong, rival):
 
 def test_a_mechanism_is_found_elsewhere_though_it_was_put_at_the_wrong_place(problem, rival):
     there = explanation(problem, Mass("floor2", 0.1))
-    starts = (Mass("floor1", 0.02),)
+    starts = (HEAVIER,)
     (found,) = elsewhere(there, [Candidate(starts, priors_of(starts))], COST)
     assert found.labels == rival.labels
     assert found.log_odds > there.log_odds + SURE
-    assert found.hypothesis.at(found.fit.z)[0].change == pytest.approx(0.1, rel=0.05)
     assert elsewhere(there, [], COST) == []
 
 

@@ -33,7 +33,7 @@ def mended(problem: Problem, faults: Sequence[ChannelFault]) -> tuple[Trial, ...
     lines = problem.cornered & ~problem.held
     out = []
     for recording in problem.recordings:
-        hidden = np.isnan(recording.y)
+        hidden = _hidden(problem, faults, np.isnan(recording.y))
         table = np.hstack([recording.u, filled(recording.y)])
         known = [_at_once(problem, recording.u, at) for at in (problem.held, lines)]
         columns = dict(zip(names, table.T, strict=True))
@@ -74,6 +74,27 @@ def read_as_lines(
             before = 0.0 if trial.missed is None else trial.missed
             out[t] = replace(trial, y=trial.y - missed, missed=before + missed)
     return tuple(out)
+
+
+def _hidden(
+    problem: Problem, faults: Sequence[ChannelFault], hidden: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """Return which outputs are not known once readings are where they belong, (samples, m).
+
+    What is hidden moves with its channel; where it was, what the inputs are is no better known.
+    """
+    out, time = hidden.copy(), np.asarray(np.arange(len(hidden)) * problem.step_s, float)
+    for fault in faults:
+        moment = fault.moment(time)
+        if fault.of_motor or np.array_equal(moment, time):
+            continue
+        at = np.interp(time, moment, time) / problem.step_s
+        around = np.floor(at).astype(int), np.ceil(at).astype(int).clip(max=len(time) - 1)
+        for name in set(fault.channels) & set(problem.model.outputs):
+            column = problem.model.outputs.index(name)
+            for index in around:
+                out[:, column] |= hidden[index, column]
+    return out
 
 
 def _at_once(problem: Problem, u: Array, some: NDArray[np.bool_]) -> dict[str, Array]:

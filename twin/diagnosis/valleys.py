@@ -87,7 +87,8 @@ def of_valleys(fit: Fit, linear: Linearised, candidates: Sequence[Candidate]) ->
     behind: list[_Race] = []
     racing = _halved_by_kind(racing, behind)
     racing = [(c, _likelier(_followed(adjusted, here, runners))) for c, runners in racing]
-    if far_off(short.problem, here.z):
+    if not hypothesis.laws and far_off(short.problem, here.z):
+        # laws are held as they were beside the calibrated twin
         racing = [(c, _with_nominal(linear, short, here, c, runners)) for c, runners in racing]
     # what gains no more on this part than a step has to is as far as it gets
     behind += [(c, runners) for c, runners in racing if not runners[0][0] > ROUGH]
