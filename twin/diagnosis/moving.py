@@ -95,12 +95,9 @@ def elsewhere(best: Explanation, candidates: Sequence[Candidate], cost: float) -
         there = replace(found, place=candidate.label[1])
         grown = added(rest, candidate, there)
         starts = (there, there.scaled(_as_much(h, place, there.place)))
-        begun = [
-            attempted(beginning_of(grown), moved_to(grown, h, z, start), hopeless=least,
-                      enough=ROUGH)
-            for start in starts
-        ]  # fmt: skip
-        near = max((f for f in begun if f is not None), key=lambda f: f.log_evidence, default=None)
+        short = beginning_of(grown)
+        _, begun = likeliest(short, [moved_to(grown, h, z, start) for start in starts])
+        near = attempted(short, begun, hopeless=least, enough=ROUGH)
         if near is None or near.log_evidence < least:
             continue
         moved = explained(grown, near.z, cost, best)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
@@ -13,6 +13,7 @@ from scipy import signal
 from scipy.linalg import block_diag, solve_continuous_lyapunov
 
 from twin.diagnosis.scales import ROUNDING
+from twin.diagnosis.straight import well_damped
 from twin.estimation.system import System
 from twin.mechanisms.instrument import Instrument
 from twin.mechanisms.mechanism import ChannelFault, Disturbance, Law, Mechanism, StructuralChange
@@ -51,6 +52,7 @@ def plant_of(
     readings: Mapping[str, float],
     noise_gain: Array | None = None,
     pseudo_forces: int = 0,
+    step_s: float | None = None,
 ) -> Plant:
     """Return the plant of a model with mechanisms.
 
@@ -63,14 +65,18 @@ def plant_of(
         noise_gain: by what noise stirs each of the first coordinates more than it does in steps
             from sample to sample, (n,), 0 where none is to; 1 without.
         pseudo_forces: further inputs, each a force on one of the first coordinates.
+        step_s: sampling interval [s], if modes above half the sampling rate are not to ring.
+
+    Raises:
+        ValueError: changes that take more damping than there is.
     """
     own = len(model.coordinates)
-    for mechanism in sorted(mechanisms, key=lambda m: m.stage):
-        if isinstance(mechanism, StructuralChange):
-            model = mechanism.edit(model)
+    model = _changed(model, [m for m in mechanisms if isinstance(m, StructuralChange)])
     laws = [m for m in mechanisms if isinstance(m, Law)]
     for law in laws:
         model = model.adding(K=law.parted()[1], along=model.port(law.place))
+    if step_s is not None:
+        model = well_damped(model, step_s)
     n = len(model.coordinates)
     inverse = np.linalg.inv(model.M)
     lower = -inverse @ np.hstack([model.K, model.R])
@@ -132,29 +138,22 @@ def _stirred(M: Array, K: Array, own: int) -> Array:
     return np.concatenate([np.ones(own), inertia])
 
 
-def require_passive(
-    model: LinearModel, damping: Callable[[], Array], mechanisms: Sequence[Mechanism]
-) -> None:
-    """Raise ValueError where changes take more damping than there is.
+def _changed(model: LinearModel, changes: Sequence[StructuralChange]) -> LinearModel:
+    """Return a model with changes of the structure.
 
-    Modes that no recording shows would grow, and energy come from nowhere.
-
-    Args:
-        model: the structure as it stands.
-        damping: returns its own damping matrix, (n, n): modes above the recorded band are stepped
-            with another.
-        mechanisms: of the structure and others.
+    Raises:
+        ValueError: they take more damping than there is: modes that no recording shows would grow,
+            and energy come from nowhere.
     """
-    changes = [m for m in mechanisms if isinstance(m, StructuralChange)]
     if not changes:
-        return
-    own = damping()
-    model = replace(model, R=own)
+        return model
+    before = np.linalg.eigvalsh(model.R)
     for change in sorted(changes, key=lambda m: m.stage):
         model = change.edit(model)
     after = np.linalg.eigvalsh(model.R)
-    if after[0] < min(np.linalg.eigvalsh(own)[0], 0.0) - ROUNDING * after[-1]:
+    if after[0] < min(before[0], 0.0) - ROUNDING * after[-1]:
         raise ValueError("less damping than none")
+    return model
 
 
 def _entry_of(model: LinearModel, mechanism: Disturbance, entry: Any) -> tuple[Array, Array]:

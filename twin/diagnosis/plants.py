@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnosis.plant import Plant, band_limited, plant_of, require_passive
+from twin.diagnosis.plant import Plant, band_limited, plant_of
 from twin.diagnosis.problem import Problem
 from twin.mechanisms.mechanism import Mechanism
 
@@ -82,22 +82,23 @@ def plants_at(
         ValueError: mechanisms that take more damping than there is.
     """
     base = problem.base(z)
-    require_passive(base, lambda: problem.damping(base.M, base.K, z), mechanisms[0])
-    bases = [base, problem.base(z, own=True)] if simulated and problem.rings else [base]
+    stepped: list[float | None] = [problem.step_s if problem.calmed else None]
+    if simulated and problem.rings:
+        stepped.append(None)
     loads = [tuple(sorted(r.added_mass.items())) for r in problem.recordings]
     cases = list(zip(loads, mechanisms, strict=True))
     distinct = list(dict.fromkeys(cases))
     banded = [(distinct.index(c), r.bands) for c, r in zip(cases, problem.recordings, strict=True)]
     variants = list(dict.fromkeys(banded))
     made: list[tuple[Plant, ...]] = []
-    for unloaded in bases:
+    for step_s in stepped:
         plants = []
         for load, there in distinct:
-            model = unloaded
+            model = base
             for place, mass in load:
                 model = model.loaded(place, mass)
             plants.append(plant_of(model, there, levels, problem.readings, problem.noise_gain,
-                                   problem.pseudo_forces))  # fmt: skip
+                                   problem.pseudo_forces, step_s))  # fmt: skip
         made.append(tuple(band_limited(plants[index], bands) for index, bands in variants))
     own = made[1] if len(made) > 1 else ()
     return Plants(made[0], own, tuple(variants.index(b) for b in banded))

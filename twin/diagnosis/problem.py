@@ -15,7 +15,7 @@ from twin.diagnosis.measured import NOISE_DEVIATION, Measured
 from twin.diagnosis.modal_damping import following
 from twin.diagnosis.parameters import TELLABLE, stiffnesses_of
 from twin.diagnosis.scales import Scales
-from twin.diagnosis.straight import above, noise_gain, well_damped
+from twin.diagnosis.straight import above, noise_gain
 from twin.diagnosis.trials import trial_of
 from twin.estimation.low_pass import LowPass
 from twin.estimation.model import Trial, Unknown
@@ -183,11 +183,6 @@ class Problem:
         return None if np.all(self.cornered) else noise_gain(self.model, self.step_s)
 
     @cached_property
-    def _damping(self) -> Array:
-        """Damping matrix as it is stepped, (n, n)."""
-        return well_damped(self.model, self.step_s) if self.calmed else self.model.R
-
-    @cached_property
     def calmed(self) -> bool:
         """Whether modes above half the sampling rate are stepped with more damping than theirs."""
         return not np.all(self.cornered) and bool(np.any(above(self.model, self.step_s)))
@@ -197,13 +192,8 @@ class Problem:
         """Whether there are such modes, and known well enough that laws are simulated with them."""
         return self.calmed and self.tolerance < VAGUE
 
-    def base(self, z: Array, own: bool = False) -> LinearModel:
-        """Return the twin at values z of its base unknowns, (base unknowns,).
-
-        Args:
-            z: the values.
-            own: with the damping that modes have, not that which they are stepped with.
-        """
+    def base(self, z: Array) -> LinearModel:
+        """Return the twin at values z of its base unknowns, (base unknowns,)."""
         K, M = self.model.K.copy(), self.model.M.copy()
         at = 0
         for _, row, k in self.stiffnesses:
@@ -213,19 +203,18 @@ class Problem:
             rows = body.translation
             M += np.expm1(self.tolerance * z[at]) * (body.mass * rows.T @ rows + body.spin)
             at += 1
-        R = self.damping(M, K, z, None if own else self._damping)
+        R = self.damping(M, K, z)
         return self._with_inertia(replace(self.model, M=M, K=K, R=R), z)
 
-    def damping(self, M: Array, K: Array, z: Array, nominal: Array | None = None) -> Array:
+    def damping(self, M: Array, K: Array, z: Array) -> Array:
         """Return the damping matrix at values z of the base unknowns, (n, n).
 
         Args:
             M: mass matrix of the twin there, (n, n).
             K: its stiffness matrix, (n, n).
             z: the values.
-            nominal: damping matrix of the nominal twin; None for the model's own.
         """
-        D = np.array(self.model.R if nominal is None else nominal)
+        D = np.array(self.model.R)
         at = len(self.stiffnesses) + len(self.masses)
         for index, r in self.dampings:
             D[index, index] += r * np.expm1(self.damping_tolerance * z[at])

@@ -269,7 +269,8 @@ def _compared(
 ) -> dict[int, Array]:
     """Return which hypotheses to fit, and where a part of the samples led: index -> values, (p,).
 
-    Not those that are behind another one both there and in the screening of all samples.
+    The likeliest first, and not those that are behind another one both there and in the screening
+    of all samples.
     """
     found: dict[int, tuple[float, Array]] = {}
     for index, (h, z) in enumerate(grown):
@@ -281,7 +282,7 @@ def _compared(
         found[index] = max(told, key=lambda pair: pair[0], default=(-np.inf, z))
     return {
         index: z
-        for index, (value, z) in found.items()
+        for index, (value, z) in sorted(found.items(), key=lambda item: -item[1][0])
         if value >= max(found[i][0] for i in found if gains[i] >= gains[index]) - SURE
     }
 

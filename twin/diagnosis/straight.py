@@ -11,6 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import eigh
 
 from twin.diagnosis.scales import ROUNDING
 from twin.estimation.ringing import SILENCE, Ringing, between_samples
@@ -155,9 +156,17 @@ def _corner(periods: Array) -> NDArray[np.complex128]:
     return np.asarray(np.sinc(periods) ** -2, complex)
 
 
-def well_damped(model: LinearModel, step_s: float) -> Array:
-    """Return the damping matrix, (n, n), with modes above half the sampling rate not ringing."""
-    R = np.array(model.R)
-    at = np.flatnonzero(above(model, step_s))
-    R[at, at] = 2 * CALM * np.sqrt(np.diag(model.K) * np.diag(model.M))[at]
-    return R
+def well_damped(model: LinearModel, step_s: float) -> LinearModel:
+    """Return a model whose modes above half the sampling rate do not ring.
+
+    The modes are its own: damping that is added to another's would couple with those below.
+
+    Raises:
+        LinAlgError: masses that are not positive.
+    """
+    squares, shapes = eigh(0.5 * (model.K + model.K.T), 0.5 * (model.M + model.M.T))
+    fast = squares > (np.pi / step_s) ** 2
+    shapes, w = shapes[:, fast], np.sqrt(squares[fast])
+    missing = np.maximum(2 * CALM * w - np.einsum("ij,ik,kj->j", shapes, model.R, shapes), 0.0)
+    rows = shapes.T @ model.M
+    return model.adding(R=(rows.T * missing) @ rows)

@@ -89,7 +89,7 @@ def of_valleys(fit: Fit, linear: Linearised, candidates: Sequence[Candidate]) ->
     racing = [(c, _likelier(_followed(adjusted, here, runners))) for c, runners in racing]
     if not hypothesis.laws and far_off(short.problem, here.z):
         # laws are held as they were beside the calibrated twin
-        racing = [(c, _with_nominal(linear, short, here, c, runners)) for c, runners in racing]
+        racing = _with_nominal(linear, short, here, racing)
     # what gains no more on this part than a step has to is as far as it gets
     behind += [(c, runners) for c, runners in racing if not runners[0][0] > ROUGH]
     racing = _ahead([(c, runners) for c, runners in racing if runners[0][0] > ROUGH], behind)
@@ -140,24 +140,33 @@ def _followed(adjusted: Adjusted, here: Fit, runners: list[_Runner]) -> list[_Ru
 
 
 def _with_nominal(
-    linear: Linearised, short: Hypothesis, here: Fit, candidate: Candidate, runners: list[_Runner]
-) -> list[_Runner]:
-    """Return runners with one from the nominal twin, where a resonance goes with its strength.
+    linear: Linearised, short: Hypothesis, here: Fit, racing: Sequence[_Race]
+) -> list[_Race]:
+    """Return a race with runners from the nominal twin, where a resonance goes with a strength.
 
-    A calibration that has gone far to stand for what is missing is in another valley than it is.
+    A calibration that has gone far to stand for what is missing is in another valley than it is. Of
+    several places of a mechanism the likeliest ones begin there.
     """
-    if not candidate.starts[0].shifts_resonance:
-        return runners
-    begun = []
-    for start in candidate.starts:
-        grown = added(short, candidate, start)
-        model = linear.beside(grown)
-        z = from_nominal(grown, moved_to(grown, short, here.z, start))
-        begun.append((likeliest(model, [z])[0] - here.log_posterior, z, model))
-    begun.sort(key=lambda runner: -runner[0])
-    first = [_further(here.log_posterior, runner, FIRST) for runner in begun[:ALIKE]]
-    found = _further(here.log_posterior, max(first, key=lambda r: r[0]), sum(LAPS))
-    return sorted([*runners, found], key=lambda runner: -runner[0])
+    begun = list[_Race]()
+    for candidate, _ in racing:
+        runners = list[_Runner]()
+        for start in candidate.starts if candidate.starts[0].shifts_resonance else ():
+            grown = added(short, candidate, start)
+            model = linear.beside(grown)
+            z = from_nominal(grown, moved_to(grown, short, here.z, start))
+            runners.append((likeliest(model, [z])[0] - here.log_posterior, z, model))
+        begun.append((candidate, sorted(runners, key=lambda r: -r[0])[:ALIKE]))
+    there = sorted((race for race in begun if race[1]), key=lambda race: -race[1][0][0])
+    first = first_of_each([candidate.label[0] for candidate, _ in there])
+    more = dict[tuple[str, str], _Runner]()
+    for candidate, runners in (there[i] for i in first):
+        near = [_further(here.log_posterior, runner, FIRST) for runner in runners]
+        likely = max(near, key=lambda runner: runner[0])
+        more[candidate.label] = _further(here.log_posterior, likely, sum(LAPS))
+    return [
+        (c, sorted([*runners, more[c.label]], key=lambda r: -r[0]) if c.label in more else runners)
+        for c, runners in racing
+    ]
 
 
 def _halved_by_kind(racing: list[_Race], behind: list[_Race]) -> list[_Race]:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from twin.arrays import frozen
 from twin.errors import ModelError, available
 from twin.model import loading
+from twin.model.changed import Changed
 from twin.model.port import (
     AXES,
     Base,
@@ -172,16 +173,16 @@ class LinearModel:
         port = self.port_of(at)
         n = len(self.coordinates)
         own, stretch = np.eye(n + 1)[n], np.append(-port.row, 1.0)
-        grown = self._grown(name)
         swinging = Port(name, "motion", own, port.unit, f"hanging at {at}", port.base)
+        grown = self._grown(name)
         base = {
             axis: replace(b, row=b.row + mass * share * own, mass=b.mass + mass * share**2)
             for (axis, b), share in zip(
                 grown.base.items(), (port.base[AXES.index(a)] for a in grown.base), strict=True
             )
         }
-        grown = replace(grown, base=base, ports={**grown.ports, name: swinging})
-        grown = grown._shaken(mass * own, port.base)
+        ports = Changed(grown.ports, lambda p: p, {name: swinging})
+        grown = replace(grown, base=base, ports=ports)._shaken(mass * own, port.base)
         return grown.adding(M=mass, along=own).adding(R=damping, K=stiffness, along=stretch)
 
     def on_base(
@@ -209,15 +210,14 @@ class LinearModel:
         coupling = np.zeros((n + 1, n + 1))
         coupling[:n, n] = coupling[n, :n] = base.row
         coupling[n, n] = total
-        ports = {
-            key: replace(port, row=port.row + port.base[at] * own)
-            for key, port in grown.ports.items()
-        }
-        bodies, sites = (
-            {key: replace(body, translation=_along(body.translation, at)) for key, body in kind}
-            for kind in (grown.bodies.items(), grown.sites.items())
+        giving = Port(name, "motion", own, "m", "base", np.eye(3)[at])
+        ports = Changed(
+            grown.ports, lambda p: replace(p, row=p.row + p.base[at] * own), {name: giving}
         )
-        ports[name] = Port(name, "motion", own, "m", "base", np.eye(3)[at])
+        bodies, sites = (
+            Changed(kind, lambda b: replace(b, translation=_along(b.translation, at)))
+            for kind in (grown.bodies, grown.sites)
+        )
         bases = dict(grown.base)
         bases[axis] = replace(
             bases[axis], mass=total, fixed_mass=alone, row=bases[axis].row + total * own
@@ -255,9 +255,9 @@ class LinearModel:
             self,
             **matrices,
             B=T.T @ self.B,
-            ports={key: replace(p, row=p.row @ T) for key, p in self.ports.items()},
-            bodies={key: body.within(T) for key, body in self.bodies.items()},
-            sites={key: site.within(T) for key, site in self.sites.items()},
+            ports=Changed(self.ports, lambda p: replace(p, row=p.row @ T)),
+            bodies=Changed(self.bodies, lambda body: body.within(T)),
+            sites=Changed(self.sites, lambda site: site.within(T)),
             base={key: replace(b, row=b.row @ T) for key, b in self.base.items()},
             coordinates=tuple(f"q{k + 1}" for k in range(T.shape[1])),
             left_out=left_out,
