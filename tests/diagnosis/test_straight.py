@@ -19,8 +19,11 @@ from twin.estimation.fit import fit
 from twin.estimation.likelihood import passes
 from twin.estimation.system import sampled
 from twin.laboratory import Analyser, Experiment, RandomShaking, run
+from twin.mechanisms.appendage import Appendage
 from twin.mechanisms.bumper import Bumper
+from twin.mechanisms.mass import Mass
 from twin.mechanisms.sensor_resonance import SensorResonance
+from twin.mechanisms.stiffness import Stiffness
 from twin.model import Twin
 
 RATE, SAMPLES = 256.0, 2048
@@ -172,6 +175,24 @@ def test_held_noise_stirs_a_mode_at_its_frequency_as_band_limited_noise_does():
         held = np.linalg.solve(z * np.eye(2 * n) - steps.whole, steps.entry[:, :1])[mode, 0]
         exact = model.B[mode, 0] / (1j * w * model.R[mode, mode])
         assert abs(held) == pytest.approx(abs(exact), rel=0.03)
+
+
+@pytest.mark.parametrize(
+    "change", [Stiffness("hinge3", 6.0), Mass("link6", 0.01), Appendage("acc_mid", 0.002, 4.0)]
+)
+def test_a_changed_structure_keeps_the_damping_of_its_own_modes_in_the_band(change):
+    """What keeps modes above the band from ringing does not leak into those below."""
+    model = Twin.load("cantilever").linear(INPUTS, OUTPUTS)
+    below, calm = np.pi * RATE, []
+    for step_s in (None, 1 / RATE):
+        poles = np.linalg.eigvals(plant_of(model, (change,), (), {}, step_s=step_s).system.A)
+        inside = poles[(poles.imag > 0) & (abs(poles) < below)]
+        fast = poles[abs(poles) > below]
+        calm.append((inside[np.argsort(inside.imag)], -fast.real / abs(fast)))
+    assert len(calm[1][0]) >= 3
+    assert calm[1][0] == pytest.approx(calm[0][0], rel=2e-4)
+    assert np.all(calm[1][1] > 0.6)
+    assert np.all(calm[0][1] < 0.1)
 
 
 def test_modes_above_the_band_that_a_stop_stirs_ring_in_its_simulation_as_they_do(tmp_path):

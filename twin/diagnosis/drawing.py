@@ -52,14 +52,33 @@ def at_its_tolerance(h: Hypothesis, found: Fit) -> tuple[Hypothesis, Fit]:
     """
     if h.problem.told or not _count(h.problem):
         return h, found
-    tolerance = max(GRID, key=lambda t: _with_outliers(h.problem, found, float(t)))
+    tolerance = max(GRID, key=lambda t: _with_outliers(h.problem, found, float(t))[0])
     if tolerance == h.problem.tolerance:
         return h, found
-    z = found.z.copy()
-    z[: _count(h.problem)] *= h.problem.tolerance / tolerance
-    other = replace(h, problem=replace(h.problem, tolerance=float(tolerance)))
+    other, z = with_tolerance(h, found.z, float(tolerance))
     moved = attempted(other, z)
     return (h, found) if moved is None else (other, moved)
+
+
+def with_tolerance(h: Hypothesis, z: Array, tolerance: float) -> tuple[Hypothesis, Array]:
+    """Return a hypothesis with another tolerance, and the values that are the same, (p,)."""
+    there = z.copy()
+    there[: _count(h.problem)] *= h.problem.tolerance / tolerance
+    return replace(h, problem=replace(h.problem, tolerance=tolerance)), there
+
+
+def standing_out(h: Hypothesis, found: Fit) -> tuple[float, tuple[int, ...]]:
+    """Return the likeliest tolerance of all but those that stand out, and these, by index.
+
+    Args:
+        h: what was fitted; where the user says the tolerance, none stand out.
+        found: its fit.
+    """
+    if h.problem.told or not _count(h.problem):
+        return h.problem.tolerance, ()
+    told = [(*_with_outliers(h.problem, found, float(t)), float(t)) for t in GRID]
+    _, out, tolerance = max((one for one in told if one[1]), default=(0.0, (), h.problem.tolerance))
+    return tolerance, out
 
 
 def far_off(problem: Problem, z: Array) -> bool:
@@ -92,8 +111,8 @@ def _prior(tolerance: float) -> float:
     return float(-0.5 * (np.log(tolerance / LEAST) / SPREAD) ** 2)
 
 
-def _with_outliers(problem: Problem, found: Fit, tolerance: float) -> float:
-    """Return the gain with a tolerance, and with those left out of it that pay for it [nat]."""
+def _with_outliers(problem: Problem, found: Fit, tolerance: float) -> tuple[float, tuple[int, ...]]:
+    """Return the gain with a tolerance, those left out of it that pay for it [nat], and these."""
     count = _count(problem)
     cost = float(np.log(count * len(vocabulary())))
     out: tuple[int, ...] = ()
@@ -108,7 +127,7 @@ def _with_outliers(problem: Problem, found: Fit, tolerance: float) -> float:
         if tried[index] <= best:
             break
         out, best = (*out, index), tried[index]
-    return best + _prior(tolerance)
+    return best + _prior(tolerance), out
 
 
 def _gained(problem: Problem, found: Fit, tolerance: float, out: tuple[int, ...]) -> float:

@@ -31,6 +31,7 @@ from twin.diagnosis.predict import predictors
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.screening import screen
 from twin.diagnosis.sizes import forces, negligible
+from twin.diagnosis.together import families, off_alone
 from twin.diagnosis.valleys import WIDTH, Score, first_of_each
 from twin.estimation.fit import fit
 from twin.estimation.likelihood import evaluate
@@ -38,10 +39,6 @@ from twin.estimation.passing import Run
 from twin.mechanisms.mechanism import ChannelFault, Disturbance
 
 Array = NDArray[np.float64]
-
-FAMILIES = 2
-"""Faults that are tried in all channels at once in a search step: each is a fit, and a third one
-would be the least promising."""
 
 MOST = 4
 """Mechanisms at most."""
@@ -110,9 +107,11 @@ def search(
         screened.append(tuple(scores))
         worth = [s for s in scores if s.gain > cost]
         first = first_of_each([s.candidate.label[0] for s in worth])[:WIDTH]
-        moves = [[worth[i]] for i in first] + _families(here, scores, cost)
+        moves = [[worth[i]] for i in first] + families(here, scores, cost)
         fits = _fitted(here, best, moves, cost, lambda what, step=step: tell(  # type: ignore[misc]
             f"search step {step}: {what}"))  # fmt: skip
+        fits += off_alone(here, best, candidates, cost)
+        fits.sort(key=lambda e: -e.log_odds)
         for explanation in fits:
             _keep(tried, explanation)
         better = [e for e in fits if e.log_odds > best.log_odds]
@@ -222,21 +221,6 @@ def _ends_in_a_trifle(best: Explanation) -> bool:
         return False  # names that are not found yet may be in a force that nobody measured
     beside = predictors(hypothesis, z)
     return negligible(hypothesis, best.fit, beside, forces(hypothesis, z, beside))[-1]
-
-
-def _families(here: Hypothesis, scores: Sequence[Score], cost: float) -> list[list[Score]]:
-    """Return faults that several channels have at once, as mains hum or a warm amplifier's drift.
-
-    One by one they may lose to a force, which moves all channels.
-    """
-    kinds = dict[str, list[Score]]()
-    for score in scores:
-        start = score.start
-        linear = isinstance(start, ChannelFault) and start.instrument(1.0) is not None
-        if linear and start.place in here.problem.model.outputs and score.gain > cost:
-            kinds.setdefault(start.name, []).append(score)
-    families = [family for family in kinds.values() if len(family) > 1]
-    return sorted(families, key=lambda family: -sum(s.gain for s in family))[:FAMILIES]
 
 
 def _fitted(
