@@ -42,9 +42,9 @@ def test_to_first_order_it_moves_the_structure_as_its_equations_do(plain, light)
     motion, without = moved(plain)
     _, true = moved(light.edit(plain))
     change = true - without
-    pull = pull_of(light, plain, motion, 1 / RATE)
-    # the force, on the structure without it
     row = plain.port(light.place)
+    pull = pull_of(light.edit(plain), plain, row, motion, 1 / RATE)
+    # the force, on the structure without it
     driven = replace(plain, B=-row[:, None])
     system = driven.state_space()
     through = -plain.Ca @ np.linalg.solve(plain.M, row)

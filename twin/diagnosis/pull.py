@@ -15,36 +15,36 @@ from numpy.typing import NDArray
 from scipy import signal
 
 from twin.diagnosis.motion import Motion
-from twin.mechanisms.mechanism import StructuralChange
 from twin.model.linear import LinearModel
 
 Array = NDArray[np.float64]
 
 
-def pull_of(light: StructuralChange, model: LinearModel, motion: Motion, step_s: float) -> Array:
+def pull_of(grown: LinearModel, model: LinearModel, at: Array, motion: Motion,
+            step_s: float) -> Array:  # fmt: skip
     """Return the force of what hangs at a port, against its motion, (samples,) [N or N m].
 
     Args:
-        light: the change of the structure, which adds one coordinate.
+        grown: the structure with it, which has one coordinate more.
         model: the structure without it.
+        at: row of the port, (n,).
         motion: of the structure.
         step_s: sampling interval [s].
     """
-    grown, n = light.edit(model), len(model.coordinates)
+    n, along = len(model.coordinates), at / (at @ at)
     moved = (motion.a, motion.v, motion.q)
     pairs = ((grown.M, model.M), (grown.R, model.R), (grown.K, model.K))
     load = np.asarray(-sum(x @ G[n, :n] for x, (G, _) in zip(moved, pairs, strict=True)))
-    own = [G[n, n] for G, _ in pairs]
-    steps = [_filtered(load, power, own, step_s) for power in (2, 1, 0)]
-    force = np.zeros((len(load), n))
+    steps = _moved(load, [G[n, n] for G, _ in pairs], step_s)
+    force = np.zeros(len(load))
     for x, s, (G, G0) in zip(moved, steps, pairs, strict=True):
-        force += x @ (G[:n, :n] - G0).T + np.outer(s, G[:n, n])
-    row = model.port(light.place)
-    return np.asarray(force @ row / (row @ row))
+        force += x @ ((G[:n, :n] - G0).T @ along) + s * (G[:n, n] @ along)
+    return force
 
 
-def _filtered(load: Array, power: int, own: list[float], step_s: float) -> Array:
-    """Return s, or its derivative of that power, of m s'' + r s' + k s = load, from rest."""
-    top = [1.0] + [0.0] * power
-    b, a, _ = signal.cont2discrete((top, own), step_s, "bilinear")
-    return np.asarray(signal.lfilter(np.ravel(b), a, load))
+def _moved(load: Array, own: list[float], step_s: float) -> list[Array]:
+    """Return s'', s' and s of m s'' + r s' + k s = load, from rest, by the trapezoidal rule."""
+    rate = 2 / step_s
+    ways = np.array([[1.0, -2.0, 1.0], [1.0, 0.0, -1.0], [1.0, 2.0, 1.0]])
+    ways *= np.array([[rate**2], [rate], [1.0]])
+    return [np.asarray(signal.lfilter(way, np.array(own) @ ways, load)) for way in ways]

@@ -157,10 +157,12 @@ def _of_pulls(
         return []
     model = problem.base(test.fit.z[: len(problem.base_unknowns)])
     motion = [replace(m, a=m.acceleration(problem.step_s)) for m in moved]
+    there = [(light.edit(model), model.port(light.place)) for _, light in pairs]
 
     def responses(index: int, some: slice) -> Array:
-        rows = np.array([model.port(light.place) for _, light in pairs[some]])
-        pulls = [pull_of(light, model, motion[index], problem.step_s) for _, light in pairs[some]]
+        rows = np.array([row for _, row in there[some]])
+        pulls = [pull_of(grown, model, row, motion[index], problem.step_s)
+                 for grown, row in there[some]]  # fmt: skip
         return respond(test.runs[index], test.hypothesis, rows, np.column_stack(pulls))
 
     gains, strengths, shifts = test.of_changes(responses, len(pairs))
