@@ -16,6 +16,7 @@ from twin.contract import names_in
 from twin.errors import ExperimentError, available
 from twin.instruments import INSTRUMENT_OF, Instrument, Reading
 from twin.laboratory.analyser import Analyser, straight_lines
+from twin.laboratory.direct import smoothed
 from twin.laboratory.excitation import Excitation, TimeBase, finite
 from twin.laboratory.hammer import Hammer
 from twin.model import Motion, Twin
@@ -196,10 +197,10 @@ def perform(
         label = f"excitation {experiment.excitation.kind}" + (f" {name}" if number else "")
         histories[name] = experiment.excitation.history(base, stream(seed, repetition, label))
     motion = _simulate(experiment, twin, base, histories, progress)
-    # response and input alike are what a continuous filter in front of the sampler would see
+    # both are what a continuous filter in front of the sampler would see
     truth = {name: straight_lines(history) for name, history in histories.items()}
-    driven = {bare(name) for name in inputs}
-    truth |= {name: x for name, x in motion.columns.items() if bare(name) not in driven}
+    seen, driven = smoothed(motion.columns, motion.model, histories), {bare(n) for n in inputs}
+    truth |= {name: x for name, x in seen.items() if bare(name) not in driven}
     kinds = {**channel_kinds(motion.model), **dict.fromkeys(inputs, "acc")}
     if not experiment.shakes_the_ground:
         kinds = {**kinds, **channel_kinds(twin.compile())}
