@@ -71,10 +71,7 @@ def plant_of(
         ValueError: changes that take more damping than there is.
     """
     own = len(model.coordinates)
-    model = _changed(model, [m for m in mechanisms if isinstance(m, StructuralChange)])
-    laws = [m for m in mechanisms if isinstance(m, Law)]
-    for law in laws:
-        model = model.adding(K=law.parted()[1], along=model.port(law.place))
+    model, laws = structure_of(model, mechanisms), [m for m in mechanisms if isinstance(m, Law)]
     if step_s is not None:
         model = well_damped(model, step_s)
     n = len(model.coordinates)
@@ -138,21 +135,23 @@ def _stirred(M: Array, K: Array, own: int) -> Array:
     return np.concatenate([np.ones(own), inertia])
 
 
-def _changed(model: LinearModel, changes: Sequence[StructuralChange]) -> LinearModel:
-    """Return a model with changes of the structure.
+def structure_of(model: LinearModel, mechanisms: Sequence[Mechanism]) -> LinearModel:
+    """Return a model with changes of the structure, and the linear parts of laws.
 
     Raises:
         ValueError: they take more damping than there is: modes that no recording shows would grow,
             and energy come from nowhere.
     """
-    if not changes:
-        return model
-    before = np.linalg.eigvalsh(model.R)
-    for change in sorted(changes, key=lambda m: m.stage):
-        model = change.edit(model)
-    after = np.linalg.eigvalsh(model.R)
-    if after[0] < min(before[0], 0.0) - ROUNDING * after[-1]:
-        raise ValueError("less damping than none")
+    changes = [m for m in mechanisms if isinstance(m, StructuralChange)]
+    if changes:
+        before = np.linalg.eigvalsh(model.R)
+        for change in sorted(changes, key=lambda m: m.stage):
+            model = change.edit(model)
+        after = np.linalg.eigvalsh(model.R)
+        if after[0] < min(before[0], 0.0) - ROUNDING * after[-1]:
+            raise ValueError("less damping than none")
+    for law in [m for m in mechanisms if isinstance(m, Law)]:
+        model = model.adding(K=law.parted()[1], along=model.port(law.place))
     return model
 
 

@@ -61,6 +61,8 @@ class Problem:
         told: whether the user says the tolerance; if not, it is found from the recordings.
         kinematics: of the model, where large motion would be seen in the recordings.
         large: whether it is seen: the structure moves as its model does when it moves far.
+        fitted: the structure as a fit has it, for what straight lines between samples miss; the
+            nominal one without.
     """
 
     model: LinearModel
@@ -76,6 +78,7 @@ class Problem:
     told: bool = True
     kinematics: Geometry | None = None
     large: bool = True
+    fitted: LinearModel | None = None
 
     @property
     def step_s(self) -> float:

@@ -23,6 +23,7 @@ from twin.diagnosis.drawing import at_its_tolerance, far_off, odds_of
 from twin.diagnosis.dropping import on_part, settled_against, without_needless
 from twin.diagnosis.explanation import Explanation, explained, from_prior_noise
 from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.lines import by_its_lines, with_its_lines
 from twin.diagnosis.motion import Motion
 from twin.diagnosis.moving import Rival, elsewhere, in_their_place, rivals_of
 from twin.diagnosis.non_parametric import doubtful, in_place_of
@@ -85,7 +86,7 @@ def search(
     """
     empty = Hypothesis(problem)
     calibrated = fit(empty, start_of(empty) if start is None else start)
-    empty, calibrated = at_its_tolerance(empty, calibrated)
+    empty, calibrated = with_its_lines(*at_its_tolerance(empty, calibrated))
     nothing = Explanation(empty, calibrated, odds_of(empty, calibrated))
     problem, best = empty.problem, nothing
     tried: Tried = {(): nothing}
@@ -282,4 +283,4 @@ def _grown(
         shift |= score.shift if len(scores) == 1 else {}
     moved = z + np.array([shift.get(u.name, 0.0) for u in grown.unknowns])
     _, z = likeliest(grown, [z, *beginnings(grown, moved)])
-    return grown, z
+    return by_its_lines(grown, z), z

@@ -44,30 +44,29 @@ def prefiltered(u: Array) -> Array:
 def hold_error(model: LinearModel, u: Array, step_s: float) -> Array:
     """Return outputs, (samples, m): of a band-limited input less those of its raised lines.
 
-    Lines serve a mode well below half the sampling rate, but not what a hammer has near it.
+    Lines serve a mode well below half the sampling rate, but not what a hammer has near it. Modes
+    above are stepped with more damping than theirs (``well_damped``); what moves freely is left.
 
     Args:
-        model: in modal coordinates.
+        model: the structure.
         u: inputs, (samples, r).
         step_s: sampling interval [s].
     """
-    fast = above(model, step_s)
-    mass, stiffness = np.diag(model.M), np.diag(model.K)
-    held = np.flatnonzero(stiffness > ROUNDING * np.max(stiffness))
+    squares, shapes = _modes(model)
+    held = squares > ROUNDING * np.max(squares, initial=1e-300)
+    exact = model.within(shapes[:, held], model.left_out)
+    stepped = well_damped(exact, step_s)
     length = SILENCE * len(u)
-    spectrum = np.fft.rfft(u, length, axis=0)
     w = np.asarray(2 * np.pi * np.fft.rfftfreq(length, step_s), float)
+    spectrum = np.fft.rfft(u, length, axis=0)
     out = np.zeros((len(w), len(model.outputs)), complex)
-    for j in held:
-        square, rate = stiffness[j] / mass[j], model.R[j, j] / mass[j]
-        stepped = 2 * CALM * np.sqrt(square) if fast[j] else rate
-        exact = _answer(square, rate, w, step_s, lines=False)
-        found = _answer(square, stepped, w, step_s, lines=True)
-        q, v, a = exact - found
-        push = spectrum @ (model.B[j] / mass[j])
-        seen = q[:, None] * model.Cd[:, j] + v[:, None] * model.Cv[:, j]
-        seen = seen + a[:, None] * model.Ca[:, j]
-        out += push[:, None] * seen
+    for sign, own, lines in ((1, exact, False), (-1, stepped, True)):
+        system = own.state_space()
+        poles, states = np.linalg.eig(system.A)
+        seen, driven = system.C @ states, np.linalg.solve(states, system.B)
+        for pole, reads, push in zip(poles, seen.T, driven, strict=True):
+            answer = sign * _state(pole, w, step_s, lines) * (spectrum @ push)
+            out += answer[:, None] * reads
     return np.asarray(np.fft.irfft(out, length, axis=0)[: len(u)])
 
 
@@ -91,25 +90,6 @@ def above(model: LinearModel, step_s: float) -> NDArray[np.bool_]:
     """Return which coordinates are modes above half the sampling rate, (n,)."""
     squares = np.diag(model.K) / np.diag(model.M)
     return np.asarray(squares > (np.pi / step_s) ** 2)
-
-
-def _answer(
-    square: float, rate: float, w: Array, step_s: float, lines: bool
-) -> NDArray[np.complex128]:
-    """Return displacement, velocity, and acceleration less the force's own, (3, frequencies).
-
-    Of q'' + rate q' + square q = force, a band-limited one or its raised lines.
-    """
-    half = 0.5 * np.sqrt(complex(rate**2 - 4 * square))
-    least = ROUNDING * np.sqrt(square)  # the two poles are then one
-    half = half if abs(half) > least else least
-    q, v = np.zeros(len(w), complex), np.zeros(len(w), complex)
-    for sign in (1, -1):
-        pole = -0.5 * rate + sign * half
-        state = _state(pole, w, step_s, lines)
-        q += state * sign / (2 * half)
-        v += pole * state * sign / (2 * half)
-    return np.array([q, v, -square * q - rate * v])
 
 
 def _state(pole: complex, w: Array, step_s: float, lines: bool) -> NDArray[np.complex128]:
@@ -164,9 +144,15 @@ def well_damped(model: LinearModel, step_s: float) -> LinearModel:
     Raises:
         LinAlgError: masses that are not positive.
     """
-    squares, shapes = eigh(0.5 * (model.K + model.K.T), 0.5 * (model.M + model.M.T))
+    squares, shapes = _modes(model)
     fast = squares > (np.pi / step_s) ** 2
     shapes, w = shapes[:, fast], np.sqrt(squares[fast])
     missing = np.maximum(2 * CALM * w - np.einsum("ij,ik,kj->j", shapes, model.R, shapes), 0.0)
     rows = shapes.T @ model.M
     return model.adding(R=(rows.T * missing) @ rows)
+
+
+def _modes(model: LinearModel) -> tuple[Array, Array]:
+    """Return squares of circular natural frequencies (n,) and mass-normalised shapes (n, n)."""
+    squares, shapes = eigh(0.5 * (model.K + model.K.T), 0.5 * (model.M + model.M.T))
+    return squares, shapes

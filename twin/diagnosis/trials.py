@@ -40,8 +40,8 @@ def trial_of(
     blur = missed = None
     if not np.all(problem.cornered):
         smooth = np.where(problem.cornered, 0.0, u)
-        # to first order what the lines miss is what the nominal twin misses
-        missed = hold_error(problem.model, smooth, problem.step_s)
+        # to first order what the lines miss is what a twin nearby misses
+        missed = hold_error(problem.fitted or problem.model, smooth, problem.step_s)
         known -= missed
         between = np.where(problem.cornered, u, prefiltered(u))
         blur = aliased(problem.model, smooth, problem.step_s, recording.input_noise)
