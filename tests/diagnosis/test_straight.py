@@ -21,6 +21,7 @@ from twin.estimation.system import sampled
 from twin.laboratory import Analyser, Experiment, RandomShaking, run
 from twin.mechanisms.appendage import Appendage
 from twin.mechanisms.bumper import Bumper
+from twin.mechanisms.damping import Damping
 from twin.mechanisms.mass import Mass
 from twin.mechanisms.sensor_resonance import SensorResonance
 from twin.mechanisms.stiffness import Stiffness
@@ -77,6 +78,19 @@ def test_a_beam_whose_upper_modes_are_fast_is_predicted_to_a_thousandth(off):
     late = slice(SAMPLES // 2, SAMPLES - 20)
     left = np.sqrt(np.mean(run.e[late] ** 2, axis=0)) / np.std(y, axis=0)
     assert np.max(left) < 2e-3
+
+
+def test_a_dashpot_that_couples_modes_above_the_band_with_those_in_it_is_predicted_too():
+    model = Damping("hinge3", 0.05).edit(Twin.load("cantilever").linear(INPUTS, OUTPUTS))
+    shares = np.abs(model.R) / np.sqrt(np.outer(np.diag(model.R), np.diag(model.R)))
+    assert np.max(shares - np.diag(np.diag(shares))) > 0.9, "the modes are coupled"
+    u = random_force(50.0, 1)
+    y = answer(model, u)
+    hypothesis = Hypothesis(replace(problem_of(u, y, 1e-3 * float(np.std(y))), model=model))
+    quiet = np.array([-3.0 if x.name.startswith("process") else 0.0 for x in hypothesis.unknowns])
+    (run,) = passes(hypothesis, quiet)
+    late = slice(SAMPLES // 2, SAMPLES - 20)
+    assert np.max(np.std(run.e[late], axis=0) / np.std(y, axis=0)) < 2e-3
 
 
 @pytest.mark.parametrize("share", [0.1, 0.3, 0.45])

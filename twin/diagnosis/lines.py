@@ -14,7 +14,7 @@ from twin.estimation.fit import WORTH, Fit
 
 Array = NDArray[np.float64]
 
-ROUNDS = 4
+ROUNDS = 8
 """Fits at most, each with what the lines miss by the one before: where a change is large enough to
 ask for more, the model is another one than where it began."""
 
