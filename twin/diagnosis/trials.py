@@ -41,7 +41,10 @@ def trial_of(
     if not np.all(problem.cornered):
         smooth = np.where(problem.cornered, 0.0, u)
         # to first order what the lines miss is what a twin nearby misses
-        missed = hold_error(problem.fitted or problem.model, smooth, problem.step_s)
+        structure = problem.fitted or problem.model
+        for place, mass in sorted(recording.added_mass.items()):
+            structure = structure.loaded(place, mass)
+        missed = hold_error(structure, smooth, problem.step_s)
         known -= missed
         between = np.where(problem.cornered, u, prefiltered(u))
         blur = aliased(problem.model, smooth, problem.step_s, recording.input_noise)
