@@ -17,6 +17,13 @@ def frozen(values: ArrayLike, dtype: Any = None) -> NDArray[Any]:
     return array
 
 
+def rms_of(y: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the RMS of the columns of samples, (m,); 0 of one that is left out whole."""
+    there = ~np.isnan(y)
+    squares = np.where(there, y, 0.0) ** 2
+    return np.asarray(np.sqrt(squares.sum(axis=0) / np.maximum(there.sum(axis=0), 1)))
+
+
 def filled(y: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return samples with what is left out interpolated, (samples, m)."""
     out = np.array(y)

@@ -9,6 +9,7 @@ from scipy.signal import cont2discrete, dlsim
 
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.measured import Measured
+from twin.diagnosis.mending import read_as_lines
 from twin.diagnosis.plant import plant_of
 from twin.diagnosis.predict import nrmse, predictors
 from twin.diagnosis.prepare import prepare
@@ -23,6 +24,8 @@ from twin.mechanisms.appendage import Appendage
 from twin.mechanisms.bumper import Bumper
 from twin.mechanisms.damping import Damping
 from twin.mechanisms.mass import Mass
+from twin.mechanisms.sensor_crosstalk import SensorCrosstalk
+from twin.mechanisms.sensor_gain import SensorGain
 from twin.mechanisms.sensor_resonance import SensorResonance
 from twin.mechanisms.stiffness import Stiffness
 from twin.model import Twin
@@ -91,6 +94,24 @@ def test_a_dashpot_that_couples_modes_above_the_band_with_those_in_it_is_predict
     (run,) = passes(hypothesis, quiet)
     late = slice(SAMPLES // 2, SAMPLES - 20)
     assert np.max(np.std(run.e[late], axis=0) / np.std(y, axis=0)) < 2e-3
+
+
+@pytest.mark.parametrize(
+    ("fault", "times"),
+    [
+        (SensorGain("acc_tip.x", 1.2), ((1.0, 0.0), (0.0, 1.2))),
+        (SensorCrosstalk("acc_mid.x+acc_tip.x", 0.1, 0.05), ((1.0, 0.1), (0.05, 1.0))),
+        (SensorGain("force_tip", 1.25), ((0.8, 0.0), (0.0, 0.8))),
+    ],
+)
+def test_what_lines_miss_is_read_by_the_instrument_too(fault, times):
+    u = random_force(50.0, 1)
+    problem = problem_of(u, np.ones((SAMPLES, 2)), 1e-3)
+    (plain,), (read,) = problem.trials, read_as_lines(problem, problem.trials, [fault])
+    assert np.max(np.abs(plain.missed)) > 0
+    wanted = plain.missed @ np.array(times).T
+    assert read.missed == pytest.approx(wanted, abs=1e-9 * np.max(np.abs(wanted)))
+    assert np.allclose(read.y + read.missed, plain.y + plain.missed, equal_nan=True)
 
 
 @pytest.mark.parametrize("share", [0.1, 0.3, 0.45])

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal, stats
 
+from twin.arrays import rms_of
 from twin.diagnosis.explanation import Explanation
 from twin.diagnosis.predict import Predictor, predictors
 from twin.diagnosis.result import Detection
@@ -44,7 +45,7 @@ def _channel(beside: list[Predictor], column: int, name: str) -> Detection:
         e = predictor.followed.e[:, column]
         ratio = e / float(np.sqrt(predictor.gain.innovation[-1, column, column]))
         pieces.append(ratio)
-        rms = float(np.sqrt(np.nanmean(predictor.trial.y[:, column] ** 2)))
+        rms = float(rms_of(predictor.trial.y)[column])
         level.append((rms, float(np.sqrt(np.mean(ratio**2)))))
     whole = np.concatenate(pieces)
     return Detection(

@@ -19,6 +19,10 @@ ROUNDS = 8
 ask for more, the model is another one than where it began."""
 
 
+STEPS = 6
+"""Of each, which begins where the one before ended; the last one goes on to its end."""
+
+
 def by_its_lines(h: Hypothesis, z: Array) -> Hypothesis:
     """Return a hypothesis for which straight lines miss what its structure at values z misses.
 
@@ -45,11 +49,13 @@ def with_its_lines(h: Hypothesis, found: Fit) -> tuple[Hypothesis, Fit]:
     """Return a fit for which straight lines miss what its own structure misses."""
     for _ in range(ROUNDS if h.problem.calmed else 0):
         other = by_its_lines(h, found.z)
-        moved = attempted(other, found.z, near=found.averages or None)
+        moved = attempted(other, found.z, STEPS, near=found.averages or None)
         if moved is None or not np.isfinite(moved.log_evidence):
             break
         gained = moved.log_evidence - found.log_evidence
         h, found = other, moved
         if abs(gained) < WORTH:
             break
+    if found.code == "stopped" and h.problem.calmed:
+        found = attempted(h, found.z, near=found.averages or None) or found
     return h, found

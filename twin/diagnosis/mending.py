@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from twin.arrays import filled
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.straight import read_error
-from twin.diagnosis.trials import trial_of
+from twin.diagnosis.trials import missed_by_lines, trial_of
 from twin.estimation.model import Trial
 from twin.mechanisms.mechanism import ChannelFault
 
@@ -51,29 +51,49 @@ def mended(problem: Problem, faults: Sequence[ChannelFault]) -> tuple[Trial, ...
 def read_as_lines(
     problem: Problem, trials: Sequence[Trial], faults: Sequence[ChannelFault]
 ) -> tuple[Trial, ...]:
-    """Return recordings as instruments with a memory read the straight lines of smooth inputs.
+    """Return recordings as instruments read the straight lines of smooth inputs.
 
-    What rings near half the sampling rate hears the images of the lines, in what inputs do to an
-    acceleration at once; what the structure does between samples is smooth.
+    What the lines miss is read by an instrument without a memory as all else. One that rings near
+    half the sampling rate hears their images, in what inputs do to an acceleration at once; what
+    the structure does between samples is smooth.
 
     Args:
         problem: whose recordings they are.
         trials: the recordings.
         faults: of channels.
     """
-    outputs, out = problem.model.outputs, list(trials)
-    for fault in faults if not np.all(problem.cornered) else ():
-        instrument = fault.instrument(0.0) if set(fault.channels) <= set(outputs) else None
-        if instrument is None or len(fault.channels) > 1 or not np.any(instrument.B):
-            continue
-        at = outputs.index(fault.place)
-        for t, trial in enumerate(out):
-            smooth = np.where(problem.cornered, 0.0, trial.u[:, : len(problem.cornered)])
-            missed = np.zeros_like(trial.y)
-            missed[:, at] = read_error(instrument, smooth @ problem.feedthrough[at], problem.step_s)
-            before = 0.0 if trial.missed is None else trial.missed
-            out[t] = replace(trial, y=trial.y - missed, missed=before + missed)
+    if not faults or np.all(problem.cornered):
+        return tuple(trials)
+    out, outputs = [], problem.model.outputs
+    for recording, trial in zip(problem.recordings, trials, strict=True):
+        u = _driving(problem, trial.u[:, : len(problem.cornered)], faults)
+        before = np.zeros_like(trial.y) if trial.missed is None else trial.missed
+        missed = before.copy() if u is None else missed_by_lines(problem, recording, u)
+        smooth = np.where(problem.cornered, 0.0, trial.u[:, : len(problem.cornered)])
+        for fault in faults:
+            instrument = fault.instrument(0.0) if set(fault.channels) <= set(outputs) else None
+            if instrument is None:
+                continue
+            at = [outputs.index(name) for name in fault.channels]
+            if not np.any(instrument.B):
+                missed[:, at] = missed[:, at] @ instrument.D.T
+            elif len(at) == 1:
+                push = smooth @ problem.feedthrough[at[0]]
+                missed[:, at[0]] += read_error(instrument, push, problem.step_s)
+        out.append(replace(trial, y=trial.y + before - missed, missed=missed))
     return tuple(out)
+
+
+def _driving(problem: Problem, u: Array, faults: Sequence[ChannelFault]) -> Array | None:
+    """Return the inputs that instruments at fault have measured, None where none is."""
+    inputs, found = problem.model.inputs, None
+    for fault in faults:
+        instrument = fault.instrument(0.0) if set(fault.channels) <= set(inputs) else None
+        if instrument is not None:
+            at = [inputs.index(name) for name in fault.channels]
+            found = u.copy() if found is None else found
+            found[:, at] = found[:, at] @ np.linalg.inv(instrument.D).T
+    return found
 
 
 def _hidden(

@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.arrays import rms_of
 from twin.diagnosis.measured import Measured
 from twin.diagnosis.portion import PART
 from twin.diagnosis.problem import Problem
@@ -129,16 +130,13 @@ def _predicted(problem: Problem, u: Array, rate: float) -> dict[str, Array]:
 
 def _levels(recording: Measured) -> Array:
     """Return the noise of each output; where none was seen, a hundredth of the output."""
-    rms = np.sqrt(np.nanmean(recording.y**2, axis=0))
-    return np.asarray(np.where(recording.output_noise > 0, recording.output_noise, 0.01 * rms))
+    levels = recording.output_noise
+    return np.asarray(np.where(levels > 0, levels, 0.01 * rms_of(recording.y)))
 
 
 def _noise(problem: Problem) -> float:
     """Return the least noise of any output as a share of its RMS."""
-    shares = [
-        _levels(r) / np.maximum(np.sqrt(np.nanmean(r.y**2, axis=0)), 1e-300)
-        for r in problem.recordings
-    ]
+    shares = [_levels(r) / np.maximum(rms_of(r.y), 1e-300) for r in problem.recordings]
     return float(np.min(shares))
 
 
@@ -148,7 +146,9 @@ def _size(y: Array) -> float:
 
 def _loudest_stretch(y: Array) -> int:
     """Return where the part of ``PART`` samples begins that has the most power."""
-    power = np.nan_to_num(y / np.maximum(np.nanstd(y, axis=0), 1e-300)) ** 2
+    power = (
+        np.nan_to_num(y / np.maximum(rms_of(y - np.nan_to_num(np.nanmean(y, axis=0))), 1e-300)) ** 2
+    )
     total = np.concatenate([[0.0], np.cumsum(power.sum(axis=1))])
     if len(y) <= PART:
         return 0

@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.arrays import rms_of
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.measured import Measured
 from twin.diagnosis.problem import Problem
@@ -208,8 +209,8 @@ def _most_noise(fitted: Hypothesis, z: Array, there: Problem) -> dict[str, float
 def _readings(problem: Problem, recording: Measured) -> dict[str, float]:
     """Return the RMS of every channel of a recording."""
     table = np.hstack([recording.u, recording.y])
-    rms = np.sqrt(np.nanmean(table**2, axis=0))
-    return dict(zip((*problem.model.inputs, *problem.model.outputs), rms.tolist(), strict=True))
+    names = (*problem.model.inputs, *problem.model.outputs)
+    return dict(zip(names, rms_of(table).tolist(), strict=True))
 
 
 def nrmse(measured: Sequence[Array], predicted: Sequence[Array]) -> float:

@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.arrays import rms_of
 from twin.diagnosis.known import OfKnown, unknowns_of, valued
 from twin.diagnosis.measured import NOISE_DEVIATION, Measured
 from twin.diagnosis.modal_damping import following
@@ -124,8 +125,7 @@ class Problem:
     @cached_property
     def readings(self) -> Mapping[str, float]:
         """RMS of every output over all recordings, by name."""
-        every = np.vstack([r.y for r in self.recordings])
-        levels = np.sqrt(np.nanmean(every**2, axis=0))
+        levels = rms_of(np.vstack([r.y for r in self.recordings]))
         return dict(zip(self.model.outputs, levels.tolist(), strict=True))
 
     @cached_property
@@ -252,7 +252,7 @@ class Problem:
     @cached_property
     def output_levels(self) -> Array:
         """Prior means of the outputs' noise, (recordings, m)."""
-        least = [1e-5 * np.sqrt(np.nanmean(r.y**2, axis=0)) + 1e-15 for r in self.recordings]
+        least = [1e-5 * rms_of(r.y) + 1e-15 for r in self.recordings]
         return np.maximum([r.output_noise for r in self.recordings], least)
 
     @cached_property

@@ -233,13 +233,13 @@ def _fitted(
     A part of the samples says which ones need not be tried, and where the others may begin.
     """
     grown = [_grown(here, before, scores) for scores in moves]
-    begun = {index: z for index, (_, z) in enumerate(grown)}
+    begun = dict(enumerate(grown))
     if on_a_part(here) is not None:
         tell(f"comparing {len(moves)} candidates")
         begun = _compared(grown, [sum(s.gain for s in scores) for scores in moves])
     fits: list[Explanation] = []
-    for number, (index, z) in enumerate(begun.items()):
-        candidate, (h, start) = moves[index][0].candidate, grown[index]
+    for number, (index, (h, z)) in enumerate(begun.items()):
+        candidate, (_, start) = moves[index][0].candidate, grown[index]
         place = f"{len(moves[index])} channels" if len(moves[index]) > 1 else candidate.label[1]
         tell(f"fitting {candidate.label[0]} at {place} ({number + 1} of {len(begun)})")
         top = max(fits, key=lambda e: e.log_odds, default=before)
@@ -251,23 +251,26 @@ def _fitted(
 
 def _compared(
     grown: Sequence[tuple[Hypothesis, Array]], gains: Sequence[float]
-) -> dict[int, Array]:
-    """Return which hypotheses to fit, and where a part of the samples led: index -> values, (p,).
+) -> dict[int, tuple[Hypothesis, Array]]:
+    """Return which hypotheses to fit, and where a part of the samples led: index -> (it, values).
 
     The likeliest first, and not those that are behind another one both there and in the screening
     of all samples.
     """
-    found: dict[int, tuple[float, Array]] = {}
+    found: dict[int, tuple[float, Hypothesis, Array]] = {}
     for index, (h, z) in enumerate(grown):
         ahead = max((found[i][0] for i in found if gains[i] >= gains[index]), default=-np.inf)
         begun = [z, from_nominal(h, z)] if far_off(h.problem, z) else [z]
-        parts = [attempted(beginning_of(h), at, hopeless=ahead - SURE, enough=ROUGH)
-                 for at in begun]  # fmt: skip
-        told = [(part.log_evidence, part.z) for part in parts if part is not None]
-        found[index] = max(told, key=lambda pair: pair[0], default=(-np.inf, z))
+        told = [(-np.inf, h, z)]
+        for at in begun:
+            there = by_its_lines(h, at)
+            part = attempted(beginning_of(there), at, hopeless=ahead - SURE, enough=ROUGH)
+            if part is not None:
+                told.append((part.log_evidence, there, part.z))
+        found[index] = max(told, key=lambda one: one[0])
     return {
-        index: z
-        for index, (value, z) in sorted(found.items(), key=lambda item: -item[1][0])
+        index: (h, z)
+        for index, (value, h, z) in sorted(found.items(), key=lambda item: -item[1][0])
         if value >= max(found[i][0] for i in found if gains[i] >= gains[index]) - SURE
     }
 
@@ -283,4 +286,4 @@ def _grown(
         shift |= score.shift if len(scores) == 1 else {}
     moved = z + np.array([shift.get(u.name, 0.0) for u in grown.unknowns])
     _, z = likeliest(grown, [z, *beginnings(grown, moved)])
-    return by_its_lines(grown, z), z
+    return grown, z

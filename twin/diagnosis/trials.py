@@ -40,11 +40,7 @@ def trial_of(
     blur = missed = None
     if not np.all(problem.cornered):
         smooth = np.where(problem.cornered, 0.0, u)
-        # to first order what the lines miss is what a twin nearby misses
-        structure = problem.fitted or problem.model
-        for place, mass in sorted(recording.added_mass.items()):
-            structure = structure.loaded(place, mass)
-        missed = hold_error(structure, smooth, problem.step_s)
+        missed = missed_by_lines(problem, recording, u)
         known -= missed
         between = np.where(problem.cornered, u, prefiltered(u))
         blur = aliased(problem.model, smooth, problem.step_s, recording.input_noise)
@@ -61,3 +57,14 @@ def trial_of(
         limited = np.concatenate([~problem.cornered, np.ones(problem.pseudo_forces, bool)])
     seen = blur if blur is not None and np.any(blur) else None
     return Trial(u, between, known, problem.step_s, limited, seen, missed)
+
+
+def missed_by_lines(problem: Problem, recording: Measured, u: Array) -> Array:
+    """Return what smooth inputs, (samples, r), do to the outputs beyond their lines, (samples, m).
+
+    To first order it is what a structure nearby misses.
+    """
+    structure = problem.fitted or problem.model
+    for place, mass in sorted(recording.added_mass.items()):
+        structure = structure.loaded(place, mass)
+    return hold_error(structure, np.where(problem.cornered, 0.0, u), problem.step_s)
