@@ -80,3 +80,12 @@ def test_a_frame_off_its_drawing_by_a_tenth_is_consistent_without_a_word_from_th
     found = diagnose(lumped(), train, [recorded(twin, 3)])
     assert found.verdict == "consistent", found.findings
     assert any("taken as known to" in note for note in found.notes)
+
+
+def test_a_fit_that_ran_away_gains_nothing_by_another_tolerance(loose):
+    hypothesis, found = loose
+    count = 4
+    far = np.where(np.arange(len(found.z)) < count, 60.0, found.z)
+    astray = replace(found, z=far, log_evidence=-1e4, code="ran away")
+    assert odds_of(hypothesis, astray) == -1e4
+    assert odds_of(hypothesis, replace(astray, code="converged")) > -0.9e4, "and it would"

@@ -38,9 +38,12 @@ guesses."""
 
 
 def odds_of(h: Hypothesis, found: Fit) -> float:
-    """Return the log evidence of a fit, with the likeliest tolerance where the user says none."""
+    """Return the log evidence of a fit, with the likeliest tolerance where the user says none.
+
+    One that ran away is at no maximum, from which other tolerances could be told.
+    """
     problem = h.problem
-    if problem.told or not _count(problem):
+    if problem.told or not _count(problem) or found.code == "ran away":
         return found.log_evidence
     return found.log_evidence + max(_gained(problem, found, t, ()) + _prior(t) for t in GRID)
 
