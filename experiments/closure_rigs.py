@@ -92,8 +92,8 @@ STRUCTURES = {
 }
 NOISE = 0.005
 FINE = 32
-"""Steps of the simulation to a sample: what images of its straight lines do to fast modes, 1/FINE^2
-of what they read, is then a hundredth of the noise."""
+"""Steps of the simulation to a sample: its straight lines have images, which move fast modes by
+some 1/FINE^2 of what is read; that is below the noise."""
 
 HIDDEN_SHARE = 0.3
 """RMS of the force that nobody measures, over that of a shaker."""

@@ -18,7 +18,6 @@ ROUNDS = 8
 """Fits at most, each with what the lines miss by the one before: where a change is large enough to
 ask for more, the model is another one than where it began."""
 
-
 STEPS = 6
 """Of each, which begins where the one before ended; the last one goes on to its end."""
 

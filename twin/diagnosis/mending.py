@@ -65,10 +65,12 @@ def read_as_lines(
     if not faults or np.all(problem.cornered):
         return tuple(trials)
     out, outputs = [], problem.model.outputs
-    for recording, trial in zip(problem.recordings, trials, strict=True):
-        u = _driving(problem, trial.u[:, : len(problem.cornered)], faults)
+    change = _true_inputs(problem, faults) - np.eye(len(problem.model.inputs))
+    for t, trial in enumerate(trials):
         before = np.zeros_like(trial.y) if trial.missed is None else trial.missed
-        missed = before.copy() if u is None else missed_by_lines(problem, recording, u)
+        missed = before.copy()
+        for into, of in np.argwhere(change).tolist():
+            missed += change[into, of] * _missed_alone(problem, t, into, of)
         smooth = np.where(problem.cornered, 0.0, trial.u[:, : len(problem.cornered)])
         for fault in faults:
             instrument = fault.instrument(0.0) if set(fault.channels) <= set(outputs) else None
@@ -84,16 +86,26 @@ def read_as_lines(
     return tuple(out)
 
 
-def _driving(problem: Problem, u: Array, faults: Sequence[ChannelFault]) -> Array | None:
-    """Return the inputs that instruments at fault have measured, None where none is."""
-    inputs, found = problem.model.inputs, None
+def _true_inputs(problem: Problem, faults: Sequence[ChannelFault]) -> Array:
+    """Return the inputs by those that instruments at fault have measured, (r, r)."""
+    inputs = problem.model.inputs
+    out = np.eye(len(inputs))
     for fault in faults:
         instrument = fault.instrument(0.0) if set(fault.channels) <= set(inputs) else None
         if instrument is not None:
-            at = [inputs.index(name) for name in fault.channels]
-            found = u.copy() if found is None else found
-            found[:, at] = found[:, at] @ np.linalg.inv(instrument.D).T
-    return found
+            rows = [inputs.index(name) for name in fault.channels]
+            out[rows] = np.linalg.inv(instrument.D) @ out[rows]
+    return out
+
+
+def _missed_alone(problem: Problem, t: int, into: int, of: int) -> Array:
+    """Return what one input does beyond its lines, (samples, m), with the samples of one."""
+    key, recording = (t, into, of), problem.recordings[t]
+    if key not in problem.missed_alone:
+        alone = np.zeros_like(recording.u)
+        alone[:, into] = recording.u[:, of]
+        problem.missed_alone[key] = missed_by_lines(problem, recording, alone)
+    return problem.missed_alone[key]
 
 
 def _hidden(

@@ -111,6 +111,11 @@ class Problem:
         """The recordings as the likelihood sees them."""
         return tuple(trial_of(self, recording) for recording in self.recordings)
 
+    @cached_property
+    def missed_alone(self) -> dict[tuple[int, int, int], Array]:
+        """What one input alone does beyond its lines with one's samples, (samples, m): kept."""
+        return {}
+
     @property
     def pseudo_forces(self) -> int:
         """How many inputs stand for large motion: one for each coordinate, or none."""

@@ -37,8 +37,8 @@ def families(here: Hypothesis, scores: Sequence[Score], cost: float) -> list[lis
         linear = isinstance(start, ChannelFault) and start.instrument(1.0) is not None
         if linear and start.place in here.problem.model.outputs and score.gain > cost:
             kinds.setdefault(start.name, []).append(score)
-    families = [family for family in kinds.values() if len(family) > 1]
-    return sorted(families, key=lambda family: -sum(s.gain for s in family))[:FAMILIES]
+    several = [family for family in kinds.values() if len(family) > 1]
+    return sorted(several, key=lambda family: -sum(s.gain for s in family))[:FAMILIES]
 
 
 def off_alone(

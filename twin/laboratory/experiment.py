@@ -197,7 +197,7 @@ def perform(
         label = f"excitation {experiment.excitation.kind}" + (f" {name}" if number else "")
         histories[name] = experiment.excitation.history(base, stream(seed, repetition, label))
     motion = _simulate(experiment, twin, base, histories, progress)
-    # both are what a continuous filter in front of the sampler would see
+    # inputs and responses are what a continuous filter in front of the sampler would see
     truth = {name: straight_lines(history) for name, history in histories.items()}
     seen, driven = smoothed(motion.columns, motion.model, histories), {bare(n) for n in inputs}
     truth |= {name: x for name, x in seen.items() if bare(name) not in driven}
