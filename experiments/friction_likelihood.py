@@ -41,7 +41,7 @@ class Stepped(Hypothesis):
 
     parts: int = 4
 
-    def _steps(self, scales: np.ndarray) -> int:
+    def _parts(self, scales: np.ndarray) -> int:
         return self.parts
 
 

@@ -7,7 +7,8 @@ import pytest
 from diagnosis_support import lumped, recorded
 
 from twin.diagnosis.explanation import Explanation, from_prior_noise
-from twin.diagnosis.hypothesis import HARMONIC, MOST_STEPS, OUT_OF_STEP, STEPS, Hypothesis
+from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.parts import HARMONIC, MOST_STEPS, OUT_OF_STEP, STEPS, parts_of, yielding
 from twin.diagnosis.prepare import prepare
 from twin.diagnosis.scales import Scales
 from twin.estimation.fit import fit
@@ -44,3 +45,21 @@ def test_a_fit_held_back_by_its_noise_is_made_again(problem):
     assert after.log_odds == pytest.approx(after.fit.log_evidence - 3.0)
     settled = replace(before, fit=after.fit, log_odds=after.log_odds)
     assert from_prior_noise(settled).log_odds >= settled.log_odds
+
+
+def test_what_holds_is_in_step_with_every_mode_below_half_the_sampling_rate(problem):
+    slow = np.array([[1.0, 1.0, 1e-3]])
+    assert parts_of(problem, slow, every_mode=False) == STEPS
+    fast = replace(problem, sampling_hz=3.3 * np.max(problem.frequencies))
+    w = 2 * np.pi * np.max(fast.frequencies)
+    parts = parts_of(fast, slow, every_mode=True)
+    assert (w * fast.step_s / parts) ** 2 / 12 <= OUT_OF_STEP
+    assert (w * fast.step_s / (parts - 1)) ** 2 / 12 > OUT_OF_STEP
+
+
+def test_a_port_yields_within_a_part_that_its_modes_are_too_fast_for(problem):
+    places, slowest = ["storey1", "storey2"], 2 * np.pi * np.min(problem.frequencies)
+    w = 2 * np.pi * np.max(problem.frequencies)
+    # where no mode is too fast nothing yields; where the slowest is, everything does
+    assert not np.any(yielding(problem, places, 0.8 * np.sqrt(12 * OUT_OF_STEP) / w))
+    assert np.all(yielding(problem, places, 1.01 * np.sqrt(12 * OUT_OF_STEP) / slowest))

@@ -1,10 +1,12 @@
 """What an analyser's filter makes of forces, beside scipy's own filters on a fine grid."""
 
+from math import factorial
+
 import numpy as np
 import pytest
 from scipy.signal import butter, decimate, freqs, sosfilt
 
-from twin.estimation.low_pass import REACH, LowPass, weights
+from twin.estimation.low_pass import MOMENTS, REACH, TO_POWERS, LowPass, weights
 
 PARTS = 8
 FINE = 16
@@ -52,18 +54,35 @@ def test_of_butterworth_it_shows_what_his_filter_shows_its_delay_taken_out():
 
 @pytest.mark.parametrize("parts", [4, 16])
 def test_a_steady_force_is_shown_and_drives_as_it_is(parts):
-    shown, mean, slope = weights(LowPass(0.9), parts)
+    shown, mean, *others = weights(LowPass(0.9), parts)
     assert shown.sum() == pytest.approx(1.0)
     assert mean.sum() == pytest.approx(1.0)
-    assert slope.sum() == pytest.approx(0.0, abs=1e-12)
+    assert [row.sum() for row in others] == pytest.approx([0.0] * (MOMENTS - 1), abs=1e-6)
 
 
-def test_a_slow_force_drives_by_its_mean_and_slope_until_the_next_sample():
-    f = 0.05  # the filter's ripple is a thousandth
+@pytest.mark.parametrize("f", [0.05, 0.3])
+def test_a_force_drives_by_its_legendre_coefficients_until_the_next_sample(f):
     t = (np.arange((2 * REACH + 1) * PARTS) + 0.5) / PARTS - REACH
-    _, mean, slope = weights(LowPass(1.0), PARTS)
+    _, *moments = weights(LowPass(1.0), PARTS)  # the filter's ripple is a thousandth
     wave = np.sinc(f / PARTS) * np.cos(2 * np.pi * f * t + 0.4)
     x, share = np.polynomial.legendre.leggauss(12)
     true = np.cos(2 * np.pi * f * (0.5 + x / 2) + 0.4)
-    assert mean @ wave == pytest.approx(share / 2 @ true, abs=1e-3)
-    assert slope @ wave == pytest.approx(12 * (share / 2 * x / 2) @ true, abs=1e-3)
+    polynomials = np.polynomial.legendre.legvander(x, MOMENTS - 1).T
+    expected = (np.arange(MOMENTS) + 0.5) * (polynomials @ (share * true))
+    assert [row @ wave for row in moments] == pytest.approx(expected, abs=1e-3)
+
+
+def test_the_polynomials_hold_what_drives_a_mode_at_half_the_sampling_rate():
+    # what of e^(iwt) over a sample the first of them leave to a mode at w
+    x, share = np.polynomial.legendre.leggauss(20)
+    wave = np.exp(0.5j * np.pi * x)
+    terms = np.abs(np.polynomial.legendre.legvander(x, MOMENTS - 1).T @ (share * wave)) ** 2
+    held = np.cumsum((np.arange(MOMENTS) + 0.5) * terms / 2)
+    assert held[1] == pytest.approx(0.90, abs=0.005)
+    assert 1 - held[-1] == pytest.approx(3e-4, abs=5e-5)
+
+
+def test_these_polynomials_are_legendre_s():
+    x = np.linspace(-1, 1, 7)
+    powers = [((x + 1) / 2) ** k / factorial(k) for k in range(MOMENTS)]
+    assert TO_POWERS @ powers == pytest.approx(np.polynomial.legendre.legvander(x, MOMENTS - 1).T)

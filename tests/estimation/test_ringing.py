@@ -1,9 +1,10 @@
 """Modes above half the sampling rate, beside sums over fine samples and a recursion in steps."""
 
 import numpy as np
+from numpy.polynomial.legendre import leggauss, legvander
 from scipy.linalg import expm
 
-from twin.estimation.low_pass import LowPass, weights
+from twin.estimation.low_pass import MOMENTS, LowPass, weights
 from twin.estimation.ringing import Ringing
 from twin.estimation.simulated import filtered
 
@@ -31,9 +32,9 @@ def knocks():
     forces = np.zeros((SAMPLES * STEPS + weighed.shape[1], 1))
     for begin in rng.integers(900, SAMPLES * STEPS - 1200, 12):
         forces[begin : begin + rng.integers(9, 270), 0] += rng.normal()
-    more = np.empty((SAMPLES, 3))
+    more = np.empty((SAMPLES, 1 + MOMENTS))
     none = np.empty((len(forces), 1, 0))
-    filtered(forces, none, weighed, STEPS, more, np.empty((SAMPLES, 3, 0)))
+    filtered(forces, none, weighed, STEPS, more, np.empty((SAMPLES, 1 + MOMENTS, 0)))
     return forces, more, weighed
 
 
@@ -56,15 +57,16 @@ def through_the_filter(forces, weighed):
 
 
 def in_steps(more):
-    """The outputs of the mode, strongly damped, driven by means and slopes in steps of a sample."""
+    """The outputs of the mode, strongly damped, driven by polynomials in steps of a sample."""
     A, B, C = mode(2 * STEPPED * OMEGA)
-    big = np.zeros((4, 4))
-    big[:2, :2], big[:2, 2], big[2, 3] = A * STEP_S, B * STEP_S, 1.0
-    step = expm(big)
+    over = expm(A * STEP_S)
+    t, share = leggauss(20)
+    after = np.array([expm(A * STEP_S * (1 - x) / 2) @ B for x in t])
+    entry = STEP_S / 2 * (share * legvander(t, MOMENTS - 1).T) @ after
     x, out = np.zeros(2), []
-    for _, mean, slope in more:
+    for _, *moments in more:
         out.append(C @ x)
-        x = step[:2, :2] @ x + step[:2, 2] * (mean - slope / 2) + step[:2, 3] * slope
+        x = over @ x + moments @ entry
     return np.array(out)
 
 

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from twin.diagnosis.blurring import CUT_OFF, smear
 from twin.diagnosis.mending import mended, read_as_lines
+from twin.diagnosis.parts import parts_of, yielding
 from twin.diagnosis.plants import TINY, Plants, in_each, plants_at, start_covariance
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.scales import Scales
@@ -30,15 +31,6 @@ from twin.estimation.system import Noise, System
 from twin.mechanisms.mechanism import ChannelFault, Law, Mechanism
 
 Array = NDArray[np.float64]
-
-STEPS, MOST_STEPS = 4, 16
-"""Parts of a sample in which laws are stepped: at least, so that the instant of a jump is known to
-a quarter of a sample, and at most, beyond which the third harmonic of the motion is near half the
-sampling rate, where no output shows it."""
-
-HARMONIC, OUT_OF_STEP = 3, 2e-3
-"""Up to which harmonic of the motion a law's force is stepped with so small a relative error: that
-of the midpoint rule is (w h)^2 / 12."""
 
 KEPT = 4
 """Plants that are kept: those of a point and of a step from it."""
@@ -212,15 +204,18 @@ class Hypothesis:
             noises.append(Noise(np.concatenate([input_noise, process]), output, starts[t]))
         laws = tuple(m for m in mechanisms if isinstance(m, Law))
         numbers = np.zeros((len(laws), MOST_NUMBERS))
-        scales = np.ones((len(laws), 3))
+        scales = np.ones((len(laws), 4))
         for j, law in enumerate(laws):
             bare = law.parted()[0].numbers
             numbers[j, : len(bare)] = bare
-            scales[j] = self.around(law.place)
+            scales[j, :3] = self.around(law.place)
         compiled = tuple(law.compiled for law in laws)
         systems = tuple(plant.system for plant in plants.stepped)
+        steps = self._parts(scales)
+        if self.simulated:  # laws that follow the estimated motion are seen as it is at the samples
+            scales[:, 3] = yielding(problem, [law.place for law in laws], problem.step_s / steps)
         return Assembly(
-            systems, plants.which, tuple(noises), compiled, numbers, scales, self._steps(scales),
+            systems, plants.which, tuple(noises), compiled, numbers, scales, steps,
             np.concatenate([problem.held, np.zeros(problem.pseudo_forces, bool)]),
             self._trials(mechanisms),
             low_pass=problem.low_pass if self.simulated else None,
@@ -236,13 +231,9 @@ class Hypothesis:
         assert self.scales is not None
         return self.scales.at(place)
 
-    def _steps(self, scales: Array) -> int:
-        """Return the parts of a sample for laws whose ports move with these scales, (l, 3)."""
-        if not len(scales):
-            return 1
-        quickest = HARMONIC * float(np.max(scales[:, 2] / scales[:, 1]))
-        wanted = np.ceil(quickest * self.problem.step_s / np.sqrt(12 * OUT_OF_STEP))
-        return int(np.clip(wanted, STEPS, MOST_STEPS))
+    def _parts(self, scales: Array) -> int:
+        """Return the parts of a sample in which laws are stepped."""
+        return parts_of(self.problem, scales[:, :3], self.simulated)
 
     def _trials(self, mechanisms: Sequence[Mechanism]) -> tuple[Trial, ...]:
         """Return the recordings, what is at fault in their samples taken back."""

@@ -170,7 +170,7 @@ def _ringing(model: Model, here: Assembly, system: System, trial: Trial) -> Arra
     """
     size = np.zeros(len(here.laws))
     for j, law in enumerate(here.laws):
-        _, d, v = here.scales[j]
+        _, d, v = here.scales[j, :3]
         size[j] = abs(float(law.force(d, v, 0.0, 0.0, *here.numbers[j, : law.count])))
     held = np.einsum("ln,nr->lr", system.rate, system.B)
     held /= np.einsum("ln,nl->l", system.rate, system.E)[:, None]

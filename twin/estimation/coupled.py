@@ -11,6 +11,7 @@ from twin.estimation.implicit import (
     flow_slopes,
     force_slopes,
     rate_share,
+    seen_rate,
     solve_force,
     until_zero,
 )
@@ -28,7 +29,9 @@ curvature, 1e-4."""
 
 
 @numba.njit(nogil=True, cache=True, forceinline=True)
-def solve_forces(laws, numbers, ports, push, begun, free, z, solved, t, scales, c, first):
+def solve_forces(
+    laws, numbers, ports, push, begun, free, z, solved, t, scales, c, first, part_s
+):  # fmt: skip
     """Set c[first:], (l,), to the laws' forces in the middle of a part of a sample.
 
     Args:
@@ -41,9 +44,10 @@ def solve_forces(laws, numbers, ports, push, begun, free, z, solved, t, scales, 
         z: memories where it begins, (l,).
         solved: slope of each force's equation; kept from part to part, (l,).
         t: time of the middle [s].
-        scales: of force, displacement and rate at each port, (l, 3).
+        scales: of force, displacement and rate at each port, and how far it yields, (l, 4).
         c: holds the forces of the part before, with which it begins.
         first: where in c they are.
+        part_s: length of the part [s].
     """
     count, n = len(laws), len(free)
     for _ in range(SWEEPS):
@@ -57,7 +61,7 @@ def solve_forces(laws, numbers, ports, push, begun, free, z, solved, t, scales, 
             kept = c[first + j]
             c[first + j], solved[j] = solve_force(
                 laws[j], numbers[j].ctypes.data, begun[j], begun[count + j], d, v, z[j],
-                push[j, j], push[count + j, j], kept, solved[j], t, scales[j],
+                push[j, j], push[count + j, j], kept, solved[j], t, scales[j], part_s,
             )  # fmt: skip
             size = max(scales[j, 0], abs(kept))
             settled = settled and abs(c[first + j] - kept) <= SETTLED * size
@@ -67,7 +71,7 @@ def solve_forces(laws, numbers, ports, push, begun, free, z, solved, t, scales, 
 
 @numba.njit(nogil=True, cache=True, forceinline=True)
 def force_derivatives(
-    laws, numbers, varied, ports, push, begun, free, z, t, scales, c, first,
+    laws, numbers, varied, ports, push, begun, free, z, t, scales, c, first, part_s,
     dbegun, dfree, dz, dnumbers, df, memory_slopes, slopes, coupled,
 ):  # fmt: skip
     """Fill df, (l, p), the derivatives of these forces, by the implicit function theorem.
@@ -90,9 +94,10 @@ def force_derivatives(
         if laws[j, 1]:
             memory = 0.5 * (z[j] + flow_slopes(
                 laws[j], numbers[j], varied[j], z[j], before, d, scales[j], by))  # fmt: skip
-        a = rate_share(laws[j], numbers[j].ctypes.data, before, z[j], push[count + j, j], t,
-                       scales[j, 2])  # fmt: skip
-        rate = begun[count + j] + a * (v - begun[count + j])
+        yielding, ev, s = scales[j, 3], push[count + j, j], begun[count + j]
+        held = 1.0 - yielding
+        a = rate_share(laws[j], numbers[j].ctypes.data, before, z[j], held * ev, t, scales[j, 2])
+        rate = seen_rate(before, s, v, d, a, yielding, part_s)
         force_slopes(laws[j], numbers[j], varied[j], 0.5 * (before + d), rate, memory, t, scales[j],
                      slopes)  # fmt: skip
         shares[:] = 0.0
@@ -100,33 +105,34 @@ def force_derivatives(
             if varied[j, q] != 0.0:  # the share depends on the numbers, too
                 kept, step = numbers[j, q], WIDER * varied[j, q]
                 numbers[j, q] = kept + step
-                moved = rate_share(laws[j], numbers[j].ctypes.data, before, z[j],
-                                   push[count + j, j], t, scales[j, 2])  # fmt: skip
+                moved = rate_share(laws[j], numbers[j].ctypes.data, before, z[j], held * ev, t,
+                                   scales[j, 2])  # fmt: skip
                 numbers[j, q] = kept
                 shares[q] = (moved - a) / step
-                slopes[3 + q] += slopes[1] * (v - begun[count + j]) * shares[q]
-        half_d, half_z, end_v = 0.5 * slopes[0], 0.5 * slopes[2], a * slopes[1]
-        by_start, by_end, by_memory, without = half_d, half_d, 0.0, 0.0
+                slopes[3 + q] += held * slopes[1] * (v - s) * shares[q]
+        half_d, half_z, end_v = 0.5 * slopes[0], 0.5 * slopes[2], held * a * slopes[1]
+        moving = yielding / part_s * slopes[1]
+        by_start, by_end, by_memory, without = half_d - moving, half_d + moving, 0.0, 0.0
         if laws[j, 1]:
             by_memory = half_z * (1.0 + by[0])
             by_start += half_z * by[1]
             by_end += half_z * by[2]
             for q in range(3, len(slopes)):
                 slopes[q] += half_z * by[q]
-        slopes[0], slopes[1], slopes[2] = by_start, slopes[1] - end_v, by_memory
-        ev, f, s = push[count + j, j], c[first + j], begun[count + j]
+        slopes[0], slopes[1], slopes[2] = by_start, held * slopes[1] - end_v, by_memory
+        f = c[first + j]
         w, f1, e1 = until_zero(laws[j], numbers[j].ctypes.data, before, s, v - ev * f, z[j], ev, t,
-                               a)  # fmt: skip
+                               a, yielding)  # fmt: skip
         if 0.0 < w < 1.0:  # the force that the part begins with, and until when
             by_end, end_v = (1.0 - w) * by_end, (1.0 - w) * end_v
-            late = (2.0 * a - 1.0) * (f1 - f) / ((1.0 - w) * (s - e1) ** 2)
+            late = held * (2.0 * a - 1.0) * (f1 - f) / ((1.0 - w) * (s - e1) ** 2)
             without = late * s
             force_slopes(laws[j], numbers[j], varied[j], before, s, z[j], t, scales[j], begin)
             for q in range(len(slopes)):
                 slopes[q] = (1.0 - w) * slopes[q] + (w + without * ev) * begin[q]
             slopes[1] -= late * e1
             for q in range(len(shares)):
-                slopes[3 + q] += 2.0 * shares[q] * s / (s - e1) * (f1 - f) / (1.0 - w)
+                slopes[3 + q] += held * 2.0 * shares[q] * s / (s - e1) * (f1 - f) / (1.0 - w)
         set_slopes(df[j], slopes, dbegun[j], dbegun[count + j], dz[j], dnumbers[j])
         for i in range(n):
             g = by_end * ports[j, i] + (end_v + without) * ports[count + j, i]

@@ -15,6 +15,10 @@ share theta = s / (s - e1) of the part with e1 = v + ev f1, and from there on wh
     f = w f1 + (1 - w) law(...),  w = (2 a - 1) theta,
 
 or the instant of a jump would be wrong by up to a part, an error of first order.
+
+Where modes are too fast for a part (``yielding`` = 1, else 0), the port gives way to a force as a
+spring does, and the rate at the end of a part says little of it. A law sees the mean rate there, of
+the displacement, (d + ed f - b) / h: what holds then holds the displacement.
 """
 
 # mypy: disable-error-code="no-untyped-def"
@@ -67,11 +71,11 @@ def rate_share(law, numbers, d, z, ev, t, scale):
 
 
 @numba.njit(nogil=True, cache=True)
-def until_zero(law, numbers, before, begun, v, z, ev, t, share):
+def until_zero(law, numbers, before, begun, v, z, ev, t, share, yielding):
     """Return the weight w of the force with which a part begins, that force, and the rate e1.
 
-    The arguments are those of ``solve_force``, and the share a. The weight is 0 where the rate
-    does not change its sign.
+    The arguments are those of ``solve_force``, the share a, and how far the port yields. The weight
+    is 0 where the rate does not change its sign.
     """
     if not share > 0.5:
         return 0.0, 0.0, v
@@ -79,23 +83,34 @@ def until_zero(law, numbers, before, begun, v, z, ev, t, share):
     end = v + ev * first
     if not begun * end < 0.0:
         return 0.0, first, end
-    return (2.0 * share - 1.0) * begun / (begun - end), first, end
+    return (1.0 - yielding) * (2.0 * share - 1.0) * begun / (begun - end), first, end
 
 
 @numba.njit(nogil=True, cache=True)
-def middle_force(law, numbers, before, begun, d, v, z, ed, ev, f, t, share, w, first):
-    """Return what the law says of the force of a motion in which it was f."""
+def middle_force(law, numbers, before, d, v, z, ed, ev, f, t, w, first):
+    """Return what the law says of the force of a motion in which it was f.
+
+    The arguments are those of ``solve_force``, but v and ev are of the rate that the law sees.
+    """
     after = d + ed * f
     memory = z
     if law[1]:
         memory = 0.5 * (z + call_flow(law[1], z, before, after, numbers))
-    rate = begun + share * (v + ev * f - begun)
-    then = call_force(law[0], 0.5 * (before + after), rate, memory, t, numbers)
+    then = call_force(law[0], 0.5 * (before + after), v + ev * f, memory, t, numbers)
     return w * first + (1.0 - w) * then
 
 
 @numba.njit(nogil=True, cache=True)
-def solve_force(law, numbers, before, begun, d, v, z, ed, ev, guess, slope, t, scales):
+def seen_rate(before, begun, end, d, share, yielding, part_s):
+    """Return the rate that a law sees: of its port, as far as that yields of its displacement.
+
+    It is linear in rate and displacement at the end, (v, d), and so in a force that changes them.
+    """
+    return (1.0 - yielding) * (begun + share * (end - begun)) + yielding * (d - before) / part_s
+
+
+@numba.njit(nogil=True, cache=True)
+def solve_force(law, numbers, before, begun, d, v, z, ed, ev, guess, slope, t, scales, part_s):
     """Return f as above, and the slope of f - law(f) there.
 
     Args:
@@ -111,18 +126,21 @@ def solve_force(law, numbers, before, begun, d, v, z, ed, ev, guess, slope, t, s
         guess: of the force.
         slope: of f - law(f), to begin with.
         t: time of the middle [s].
-        scales: of force, displacement and rate at the port, (3,).
+        scales: of force, displacement and rate at the port, and how far it yields, (4,).
+        part_s: length of the part [s].
     """
-    scale, f = scales[0], guess
-    a = rate_share(law, numbers, before, z, ev, t, scales[2])
-    w, first, _ = until_zero(law, numbers, before, begun, v, z, ev, t, a)
-    error = f - middle_force(law, numbers, before, begun, d, v, z, ed, ev, f, t, a, w, first)
+    scale, f, yielding = scales[0], guess, scales[3]
+    a = rate_share(law, numbers, before, z, (1.0 - yielding) * ev, t, scales[2])
+    w, first, _ = until_zero(law, numbers, before, begun, v, z, ev, t, a, yielding)
+    v = seen_rate(before, begun, v, d, a, yielding, part_s)
+    ev = seen_rate(0.0, 0.0, ev, ed, a, yielding, part_s)
+    error = f - middle_force(law, numbers, before, d, v, z, ed, ev, f, t, w, first)
     for _ in range(SECANTS):
         if abs(error) <= CLOSE * max(scale, abs(f)):
             return f, slope
         step = -error / slope
-        moved = f + step - middle_force(law, numbers, before, begun, d, v, z, ed, ev, f + step, t,
-                                        a, w, first)  # fmt: skip
+        moved = f + step - middle_force(law, numbers, before, d, v, z, ed, ev, f + step, t, w,
+                                        first)  # fmt: skip
         secant = (moved - error) / step
         f, error = f + step, moved
         if not secant > LEAST_SLOPE:
@@ -130,28 +148,27 @@ def solve_force(law, numbers, before, begun, d, v, z, ed, ev, guess, slope, t, s
         slope = secant
     if abs(error) <= CLOSE * max(scale, abs(f)):
         return f, slope
-    return _bracketed(law, numbers, before, begun, d, v, z, ed, ev, t, scale, a, w, first), 1.0
+    return _bracketed(law, numbers, before, d, v, z, ed, ev, t, scale, w, first), 1.0
 
 
 @numba.njit(nogil=True, cache=True)
-def _bracketed(law, numbers, before, begun, d, v, z, ed, ev, t, scale, share, w, first):
+def _bracketed(law, numbers, before, d, v, z, ed, ev, t, scale, w, first):
     """Return f by bisection and false position (Illinois, 1971) in turn.
 
     A law opposes the motion: the force lies between none, behind what it began with, and that of
     the motion without it.
     """
     a = w * first
-    b = middle_force(law, numbers, before, begun, d, v, z, ed, ev, 0.0, t, share, w, first)
-    error_a = a - middle_force(law, numbers, before, begun, d, v, z, ed, ev, a, t, share, w, first)
-    error_b = b - middle_force(law, numbers, before, begun, d, v, z, ed, ev, b, t, share, w, first)
+    b = middle_force(law, numbers, before, d, v, z, ed, ev, 0.0, t, w, first)
+    error_a = a - middle_force(law, numbers, before, d, v, z, ed, ev, a, t, w, first)
+    error_b = b - middle_force(law, numbers, before, d, v, z, ed, ev, b, t, w, first)
     f = b
     for k in range(BRACKETED):
         if abs(error_b - error_a) <= 1e-300 or error_a * error_b > 0.0 or k % 2:
             f = 0.5 * (a + b)
         else:
             f = b - error_b * (b - a) / (error_b - error_a)
-        error = f - middle_force(law, numbers, before, begun, d, v, z, ed, ev, f, t, share, w,
-                                 first)  # fmt: skip
+        error = f - middle_force(law, numbers, before, d, v, z, ed, ev, f, t, w, first)
         if abs(error) <= CLOSE * max(scale, abs(f)) or abs(b - a) <= CLOSE * scale * 1e-3:
             break
         if error * error_b < 0.0:

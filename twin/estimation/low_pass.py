@@ -27,6 +27,15 @@ twice as many samples, far beyond its reach."""
 POINTS = 8
 """Of the quadrature over a sample: exact to rounding for what is limited to its band."""
 
+MOMENTS = 4
+"""Legendre polynomials that a filtered force is written in from sample to sample. At half the
+sampling rate they hold all but 3e-4 of what drives a mode there; mean and slope hold 0.90 of it."""
+
+TO_POWERS = np.array(
+    [[1.0, 0, 0, 0], [-1.0, 2, 0, 0], [1.0, -6, 12, 0], [-1.0, 12, -60, 120]]
+)  # fmt: skip
+"""These polynomials of 2 t/h - 1 by the powers (t/h)^k / k!, (MOMENTS, MOMENTS)."""
+
 
 @dataclass(frozen=True)
 class LowPass:
@@ -89,9 +98,9 @@ def weights(low_pass: LowPass, parts: int) -> Array:
         parts: of a sample.
 
     Returns:
-        Of the filtered force at the sample, of its mean until the next one and of the slope there
-        (times the interval), (3, (2 REACH + 1) parts): from REACH samples before to REACH samples
-        after the next one.
+        Of the filtered force at the sample, and of its Legendre coefficients until the next one,
+        (1 + MOMENTS, (2 REACH + 1) parts): from REACH samples before to REACH samples after the
+        next one.
     """
     f = (np.arange(LINES) + 0.5) / LINES
     # a mean over a part has lost sinc(f / parts) already
@@ -102,10 +111,12 @@ def weights(low_pass: LowPass, parts: int) -> Array:
         return np.asarray((np.exp(2j * np.pi * np.outer(after, f)) @ response).real)
 
     inside, shares = np.polynomial.legendre.leggauss(POINTS)
-    mean, slope = np.zeros(len(t)), np.zeros(len(t))
-    for x, share in zip(inside / 2, shares / 2, strict=True):
-        part = share * kernel(0.5 + x - t)
-        mean += part
-        slope += 12 * x * part
+    values = np.polynomial.legendre.legvander(inside, MOMENTS - 1)
+    moments = np.zeros((MOMENTS, len(t)))
+    for x, share, value in zip(inside / 2, shares / 2, values, strict=True):
+        moments += (2 * np.arange(MOMENTS) + 1)[:, None] * np.outer(
+            share * value, kernel(0.5 + x - t)
+        )
     shown = kernel(-t)
-    return np.array([shown / np.sum(shown), mean / np.sum(mean), slope])
+    moments[0] /= np.sum(moments[0])
+    return np.vstack([shown / np.sum(shown), moments])

@@ -209,7 +209,8 @@ def simulated(
     simulate(addresses(assembly.laws), simulation_matrix(plant), ports, numbers, c(fine), x0, z0,
              begin_s, plant.steps, trial.step_s, c(assembly.scales), d.simulated, d.numbers, dx0,
              forces, dforces, z)  # fmt: skip
-    more, du = np.empty((samples, 3 * laws)), np.empty((samples, 3 * laws, q))
+    driven = len(weights) * laws
+    more, du = np.empty((samples, driven)), np.empty((samples, driven, q))
     filtered(forces, dforces, weights, plant.steps, more, du)
     e, de, x = np.empty((samples, m)), np.empty((samples, m, q)), np.empty((samples, len(x0)))
     none, n, held = np.zeros((samples, 0)), len(x0), own.W.shape[1]
@@ -218,7 +219,7 @@ def simulated(
         np.zeros((1, n + held, m)), np.zeros((0, 0, 0)),
         np.hstack([trial.u, more[:, :laws], 0 * more[:, laws:]]), np.hstack([trial.between, more]),
         du if q else np.zeros((0, 0, 0)), c(trial.y), x0, z0[:0], begin_s, 1, trial.step_s,
-        np.concatenate([ramps, np.zeros(3 * laws)]), np.ones((0, 3)), d.step, d.read,
+        np.concatenate([ramps, np.zeros(driven)]), np.ones((0, 4)), d.step, d.read,
         np.zeros((1, n + held, m, q)), d.numbers[:0], dx0, np.arange(q), e, de, x, none.copy(),
         none.copy(),
     )  # fmt: skip
@@ -259,7 +260,7 @@ def deviations(
         gain_matrices(gain), trust, beyond.e, np.zeros((samples, m)),
         beyond.de if beyond.de.size else np.zeros((0, 0, 0)),
         np.where(np.isnan(trial.y), np.nan, 0.0), x0, np.zeros(0), 0.0, 1, trial.step_s,
-        np.zeros(m), np.ones((0, 3)), dstep, dread, d.gain, np.zeros((0, 0, 0)),
+        np.zeros(m), np.ones((0, 4)), dstep, dread, d.gain, np.zeros((0, 0, 0)),
         np.zeros((n, p)), d.order, e, de, x, none.copy(), none.copy(),
     )  # fmt: skip
     return e, de, x

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import next_fast_len
 
-from twin.estimation.low_pass import REACH
+from twin.estimation.low_pass import MOMENTS, REACH, TO_POWERS
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -47,14 +47,14 @@ class Ringing:
 
         Args:
             forces: of the laws over the parts of the samples, (parts, l, q).
-            more: what drives the predictor: of each law's filtered force the value at a sample,
-                the mean until the next one and the slope there, (samples, 3 l, q).
+            more: what drives the predictor: of each law's filtered force the value at a sample, and
+                the Legendre coefficients until the next one, (samples, (1 + MOMENTS) l, q).
             shown: weights of the forces of the parts around a sample in the filtered one, (taps,).
             steps: parts of a sample.
             step_s: sampling interval [s].
         """
         # what acts at one port acts as one force
-        forces, more = self._ports[1] @ forces, np.kron(np.eye(3), self._ports[1]) @ more
+        forces, more = self._ports[1] @ forces, np.kron(np.eye(1 + MOMENTS), self._ports[1]) @ more
         samples, laws = len(more), forces.shape[1]
         before = np.repeat(forces[steps - 1 : steps], REACH * steps, axis=0)
         driven = np.concatenate([before, forces])
@@ -92,13 +92,13 @@ class Ringing:
         return np.asarray(response * np.conj(np.fft.rfft(shown, length))[:, None, None])
 
     def _stepped(self, z: Complex, step_s: float) -> Complex:
-        """Return the outputs' response to means, then slopes, between samples, (., m, 2 l)."""
+        """Return the outputs' response to Legendre coefficients, in turn, (., m, MOMENTS l)."""
         half = np.sqrt((self.stepped / 2) ** 2 - self.square + 0j)
-        q, v = np.zeros((2, 2, len(z), len(half)), complex)
+        q, v = np.zeros((2, MOMENTS, len(z), len(half)), complex)
         for sign in (1, -1):
             pole = -self.stepped / 2 + sign * half
-            over, constant, ramp = between_samples(pole, step_s)
-            states = np.array([constant, ramp - constant / 2])[:, None] / (z[:, None] - over)
+            over, *powers = between_samples(pole, step_s, MOMENTS)
+            states = (TO_POWERS @ powers)[:, None] / (z[:, None] - over)
             states *= sign / (2 * half)
             q, v = q + states, v + pole * states
         a = -self.square * q - self.stepped * v
@@ -109,16 +109,23 @@ class Ringing:
         return np.asarray(response).reshape(len(z), self.seen.shape[1], -1)
 
 
-def between_samples(pole: Any, step_s: float) -> tuple[Any, Any, Any]:
-    """Return e^(p h), and what x' = p x + u makes of u = 1 and of u = t/h over a sample h.
+def between_samples(pole: Any, step_s: float, count: int = 2) -> tuple[Any, ...]:
+    """Return e^(p h), and what x' = p x + u makes of each u = (t/h)^k / k! over a sample h.
 
     Args:
         pole: p [1/s], one or many.
         step_s: h [s].
+        count: of the powers, from 0.
     """
-    over = np.exp(pole * step_s)
-    constant = (over - 1) / pole
-    return over, constant, (constant / step_s - 1) / pole
+    out = [np.exp(pole * step_s)]
+    before, factorial = out[0], 1.0
+    for k in range(count):
+        factorial *= max(k, 1)
+        # by parts: what the power before makes, less its end, over p h
+        made = (before - (1.0 if k == 0 else step_s / factorial)) / (pole * (step_s if k else 1.0))
+        out.append(made)
+        before = made
+    return tuple(out)
 
 
 def _through(response: Complex, drive: Array, length: int) -> Array:

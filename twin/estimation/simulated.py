@@ -41,7 +41,7 @@ def simulate(
         fine: inputs where each part of a sample begins, (samples steps, r); the last ones stay.
         x0, z0: state (n,) and memories (l,) before the first sample.
         begin_s, steps, step_s: time of the first sample, parts of a sample, sampling interval.
-        scales: of force, displacement and rate at each port, (l, 3).
+        scales: of force, displacement and rate at each port, and how far it yields, (l, 4).
         dstep, dnumbers: derivatives with respect to the first of the unknowns, in the last axis.
         dx0: of the first state, (n, p).
         f_out, df_out: filled, (parts, l), (parts, l, p).
@@ -49,7 +49,7 @@ def simulate(
     """
     last, r = len(fine) - 1, fine.shape[1]
     n, p, count = len(x0), dx0.shape[1], len(laws)
-    first_f = n + 2 * r
+    first_f, part_s = n + 2 * r, step_s / steps
     c, free = np.zeros(step.shape[1]), np.zeros(n)
     X, dfree = dx0.copy(), np.zeros((n, p))
     z, dz, df = z0.copy(), np.zeros((count, p)), np.zeros((count, p))
@@ -72,15 +72,16 @@ def simulate(
         for i in range(n):
             free[i] = along(step[i], c, first_f)
         t = begin_s + (k + (part + 0.5) / steps) * step_s
-        solve_forces(laws, numbers, ports, push, begun, free, z, solved, t, scales, c, first_f)
+        solve_forces(laws, numbers, ports, push, begun, free, z, solved, t, scales, c, first_f,
+                     part_s)  # fmt: skip
         if p:
             dfree[:] = 0.0
             add_product(dfree, step, 0, X, n)
             add_contracted(dfree, dstep, c)
             dbegun[:] = dended
             force_derivatives(laws, numbers, varied, ports, push, begun, free, z, t, scales, c,
-                              first_f, dbegun, dfree, dz, dnumbers, df, memory_slopes, slopes,
-                              coupled)  # fmt: skip
+                              first_f, part_s, dbegun, dfree, dz, dnumbers, df, memory_slopes,
+                              slopes, coupled)  # fmt: skip
             add_product(dfree, step, first_f, df, count)
             derivatives_at_ports(ports, dfree, n, dended)
             X[:] = dfree

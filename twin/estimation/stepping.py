@@ -52,7 +52,7 @@ def predict(
         x0, z0: state (n,) and memories (l,) before the first sample.
         begin_s, steps, step_s: time of the first sample, parts of a sample, sampling interval.
         ramps: 1 for inputs that are linear between samples, 0 for held ones, (r,).
-        scales: of force, displacement and rate at each port, (l, 3).
+        scales: of force, displacement and rate at each port, and how far it yields, (l, 4).
         dstep, dread, dgain, dnumbers: derivatives with respect to the first of the unknowns, these
             in the last axis; with respect to the others they are zero. dgain has all p, and its
             last one is for all later samples.
@@ -147,7 +147,7 @@ def predict(
             middle = t + (part + 0.5) * h
             if count:
                 solve_forces(laws, numbers, ports, push, begun, free, z, solved, middle, scales,
-                             c, first_f)  # fmt: skip
+                             c, first_f, h)  # fmt: skip
             if p:
                 dfree[:] = 0.0
                 add_product(dfree, step, 0, X, first_u)
@@ -159,7 +159,7 @@ def predict(
                         for a in range(p):
                             dbegun[j, a] = dended[j, a]
                     force_derivatives(laws, numbers, varied, ports, push, begun, free, z, middle,
-                                      scales, c, first_f, dbegun, dfree, dz, dnumbers, df,
+                                      scales, c, first_f, h, dbegun, dfree, dz, dnumbers, df,
                                       memory_slopes, slopes, coupled)  # fmt: skip
                     add_product(dfree, step, first_f, df, count)
                     derivatives_at_ports(ports, dfree, n, dended)

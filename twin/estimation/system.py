@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
-from twin.estimation.low_pass import LowPass, weights
+from twin.estimation.low_pass import MOMENTS, TO_POWERS, LowPass, weights
 
 Array = NDArray[np.float64]
 
@@ -93,9 +93,10 @@ class Driven:
     """A system whose laws' forces are inputs: they come from a simulation and pass a filter.
 
     Attributes:
-        plant: with 3 l further inputs: the filtered forces at a sample, which the outputs see, and
-            the means and slopes until the next one, which drive the states; it has no laws.
-        weights: of the forces of the parts around a sample for these inputs, (3, taps).
+        plant: with (1 + MOMENTS) l further inputs: the filtered forces at a sample, which the
+            outputs see, and their Legendre coefficients until the next one, which drive the states;
+            it has no laws.
+        weights: of the forces of the parts around a sample for these inputs, (1 + MOMENTS, taps).
         simulated: the system as it is simulated with its laws.
     """
 
@@ -123,6 +124,21 @@ def transition(A: Array, B: Array, h: float, ramps: int) -> tuple[Array, Array, 
     with np.errstate(over="ignore", invalid="ignore"):  # what runs away has no stationary filter
         power = expm(big)
     return power[:n, :n], power[:n, n : n + k], power[:n, n + k :]
+
+
+def of_powers(A: Array, B: Array, h: float, count: int) -> Array:
+    """Return what inputs (t/h)^k / k! do to x' = A x + B u in h seconds, (count, n, inputs).
+
+    Exactly, as ``transition`` does: k counts from 0.
+    """
+    n, inputs = B.shape
+    big = np.zeros((n + count * inputs, n + count * inputs))
+    big[:n, :n], big[:n, n : n + inputs] = A * h, B * h
+    last = n + (count - 1) * inputs
+    big[n:last, n + inputs :] = np.eye((count - 1) * inputs)
+    with np.errstate(over="ignore", invalid="ignore"):  # what runs away has no stationary filter
+        power = expm(big)[:n, n:]
+    return np.asarray(power.reshape(n, count, inputs).swapaxes(0, 1))
 
 
 def sampled(
@@ -187,21 +203,20 @@ def _driven(plant: Sampled, held: NDArray[np.bool_], low_pass: LowPass, alone: S
     system = plant.system
     (n, r), forces, m = system.B.shape, system.E.shape[1], len(system.C)
     step_s = plant.steps * plant.step_s
-    entries = np.hstack([system.B, system.E])
-    _, first, second = transition(system.A, entries, step_s, r + forces)
-    B0 = np.where(held, first[:, :r], first[:, :r] - second[:, :r])
-    B1 = np.where(held, 0.0, second[:, :r])
-    mean, none = first[:, r:], np.zeros((n, forces))
-    slope = second[:, r:] - mean / 2
+    _, first, second = transition(system.A, system.B, step_s, r)
+    B0 = np.where(held, first, first - second)
+    B1 = np.where(held, 0.0, second)
+    none, shown = np.zeros((n, forces)), np.zeros((n, (1 + MOMENTS) * forces))
+    powers = of_powers(system.A, system.E, step_s, MOMENTS)
+    moments = np.einsum("dk,knl->dnl", TO_POWERS, powers)
     without = replace(
         system,
-        D=np.hstack([system.D, system.F, np.zeros((m, 2 * forces))]),
+        D=np.hstack([system.D, system.F, np.zeros((m, MOMENTS * forces))]),
         E=np.zeros((n, 0)), F=np.zeros((m, 0)), drift=np.zeros((0, n)), rate=np.zeros((0, n)),
     )  # fmt: skip
     linear = replace(
-        plant, A=plant.whole, B0=np.hstack([B0, none, mean, slope]),
-        B1=np.hstack([B1, none, none, none]), E=np.zeros((n, 0)), W=plant.entry, steps=1,
-        step_s=step_s, system=without,
+        plant, A=plant.whole, B0=np.hstack([B0, none, *moments]), B1=np.hstack([B1, shown]),
+        E=none[:, :0], W=plant.entry, steps=1, step_s=step_s, system=without,
     )  # fmt: skip
     return Driven(linear, weights(low_pass, plant.steps), alone)
 
