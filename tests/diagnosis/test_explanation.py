@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from diagnosis_support import lumped, recorded
 
+from twin.diagnosis import explanation
 from twin.diagnosis.beginning import start_of
 from twin.diagnosis.between import again
 from twin.diagnosis.candidates import priors_of
@@ -43,6 +44,20 @@ def test_a_recording_that_is_hardly_longer_than_the_part_rules_out_none():
     assert on_a_part(options[0]) is None
     z = start_of(options[0])
     assert [option for option, _ in within_reach(options, z)] == list(options)
+
+
+def test_what_ends_with_laws_seen_as_another_option_has_them_speaks_for_that_one(monkeypatch):
+    simulated, followed = seen_otherwise(rubbing(24.0))
+    z, own = start_of(simulated), explanation.again
+
+    def turned(h, found, steps):
+        if h.problem.low_pass is not None:
+            return own(h, found, steps)
+        there = replace(h, problem=replace(h.problem, low_pass=simulated.problem.low_pass))
+        return there, replace(found, log_evidence=1e9)  # far better than anything that follows
+
+    monkeypatch.setattr(explanation, "again", turned)
+    assert [h for h, _ in within_reach([simulated, followed], z)] == [simulated]
 
 
 def test_one_alone_is_never_ruled_out():

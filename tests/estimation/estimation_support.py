@@ -86,6 +86,7 @@ class TwoMasses:
     latent: bool = False
     loose: float = 0.1
     low_pass: LowPass | None = None
+    yielding: float = 0.0
 
     @property
     def unknowns(self) -> tuple[Unknown, ...]:
@@ -116,7 +117,7 @@ class TwoMasses:
             Noise(np.array([values[at + 2 * t + 1], 0.01]), np.full(2, values[at + 2 * t]), start)
             for t in range(len(self.trials))
         )
-        scales = np.tile([5.0, 0.01, 0.2, 0.0], (len(self.laws), 1))
+        scales = np.tile([5.0, 0.01, 0.2, self.yielding], (len(self.laws), 1))
         return Assembly((system,), (0,) * len(self.trials), noises, self.laws, numbers, scales,
                         self.steps, np.zeros(1, bool), self.trials,
                         low_pass=self.low_pass)  # fmt: skip

@@ -81,13 +81,17 @@ CASES = {
 
 @pytest.mark.parametrize("name", CASES)
 @pytest.mark.parametrize("latent", [False, True])
-@pytest.mark.parametrize("low_pass", [None, LowPass(0.9)], ids=["followed", "simulated"])
-def test_sensitivities_are_those_of_finite_differences(name, latent, low_pass):
+@pytest.mark.parametrize(
+    ("low_pass", "yielding"), [(None, 0.0), (LowPass(0.9), 0.0), (LowPass(0.9), 1.0)],
+    ids=["followed", "simulated", "yielding"],
+)  # fmt: skip
+def test_sensitivities_are_those_of_finite_differences(name, latent, low_pass, yielding):
     laws, ports = CASES[name]
     if latent and not ports:
         ports = ((1.0, 0.0),)
     trial = shaken(300, 5, laws, ports if laws else ())
-    model = TwoMasses((trial,), laws, ports, latent=latent, low_pass=low_pass)
+    model = TwoMasses((trial,), laws, ports, latent=latent, low_pass=low_pass,
+                      yielding=yielding)  # fmt: skip
     z = 0.2 * np.random.default_rng(6).normal(size=len(model.unknowns))
     here = evaluate(model, z)
     settled = len(here.runs[0].gains.state) - 1

@@ -1,9 +1,21 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from estimation_support import BUMPER, CUBIC, FRICTION, NUMBERS, RATE_HZ, SLIP, TwoMasses, shaken
+from estimation_support import (
+    BUMPER,
+    CUBIC,
+    FRICTION,
+    NUMBERS,
+    RATE_HZ,
+    SLIP,
+    TwoMasses,
+    shaken,
+    two_masses,
+)
 from scipy.integrate import solve_ivp
 
-from twin.estimation.kalman import gains
+from twin.estimation.kalman import Gains, gains
 from twin.estimation.laws import memory_along
 from twin.estimation.likelihood import evaluate
 from twin.estimation.model import Trial
@@ -61,6 +73,58 @@ def test_what_friction_holds_rests():
     held = np.abs(found.f[:, 0]) < 3.9
     assert np.mean(held) > 0.2
     assert np.max(np.abs(rate[held])) < 1e-5
+
+
+def held_by_a_light_mass(steps, yielding):
+    """A mass on a spring and, by another, a light one that friction holds: how the first moves.
+
+    And for which share of the samples friction holds the light one.
+    """
+    trial = shaken(600, 29, (), ())
+    system = two_masses(400.0, ((0.0, 1.0),), process=False)
+    M, K = np.diag([2.0, 1e-4]), np.array([[600.0, -200.0], [-200.0, 200.0]])
+    A = np.zeros((4, 4))
+    A[:2, 2:], A[2:, :2] = np.eye(2), -np.linalg.solve(M, K)
+    A[2:, 2:] = -0.02 * np.sqrt(np.linalg.solve(M, np.diag(np.diag(K))))
+    through = np.linalg.solve(M, np.eye(2))
+    B, E = (np.vstack([np.zeros((2, 1)), side * through[:, [c]]]) for side, c in ((1, 0), (-1, 1)))
+    system = replace(system, A=A, B=B, E=E, W=np.zeros((4, system.W.shape[1])))
+    model = TwoMasses((trial,), (FRICTION,), ((0.0, 1.0),), steps=steps, yielding=yielding)
+    here = replace(model.assemble(np.zeros(len(model.unknowns))), systems=(system,))
+    here.numbers[0, :2] = 0.4, 1e-5
+    plant = sampled(system, trial.step_s, steps, here.held)
+    nothing = Gains(*(np.zeros((1, rows, 2)) for rows in (4, system.W.shape[1], 2)), np.eye(4))
+    passed = run(here, trial, plant, nothing)
+    light = passed.x[:, 1]
+    return passed.x[:, 0], np.mean(np.abs(np.diff(light)) < 1e-3 * np.std(light))
+
+
+def test_where_a_mode_is_too_fast_for_a_part_friction_holds_the_displacement():
+    true, resting = held_by_a_light_mass(512, 0.0)
+    assert resting > 0.05
+
+    def error(steps, yielding):
+        moved, _ = held_by_a_light_mass(steps, yielding)
+        return np.sqrt(np.mean((moved - true) ** 2) / np.mean(true**2))
+
+    assert error(4, 0.0) > 0.2
+    assert error(4, 1.0) < 0.01
+    assert error(16, 1.0) < 1e-4
+
+
+def test_where_every_mode_is_in_step_the_rate_at_the_end_is_the_better_one():
+    trial = shaken(600, 29, (), ())
+
+    def moved(steps, yielding):
+        model = TwoMasses((trial,), (FRICTION,), ((-1.0, 1.0),), steps=steps, yielding=yielding)
+        here = model.assemble(np.zeros(len(model.unknowns)))
+        here.numbers[0, :2] = 2.0, 1e-6
+        plant = sampled(here.systems[0], trial.step_s, steps, here.held)
+        return run(here, trial, plant, open_loop(gains(plant, here.noises[0]))).x[:, :2]
+
+    true = moved(512, 0.0)
+    by_rate, by_displacement = (np.linalg.norm(moved(4, y) - true) for y in (0.0, 1.0))
+    assert by_rate < 0.2 * by_displacement < 2e-3 * np.linalg.norm(true)
 
 
 @pytest.mark.parametrize("listening", [False, True])

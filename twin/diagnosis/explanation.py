@@ -16,7 +16,7 @@ from twin.diagnosis.lines import with_its_lines
 from twin.diagnosis.portion import ROUGH, SURE, on_a_part
 from twin.diagnosis.problem import LINEAR_PHASE
 from twin.estimation.fit import Fit, fit
-from twin.mechanisms.mechanism import Disturbance, Law
+from twin.mechanisms.mechanism import Disturbance, Law, Mechanism
 
 Array = NDArray[np.float64]
 
@@ -95,17 +95,27 @@ def seen_otherwise(h: Hypothesis) -> tuple[Hypothesis, ...]:
 def within_reach(options: Sequence[Hypothesis], z: Array) -> list[tuple[Hypothesis, Array]]:
     """Return hypotheses that a part of the samples does not rule out, and where fits begin, (p,).
 
-    Of one none is ruled out, and where its fit ends on the part tells nothing.
+    Of one none is ruled out, and where its fit ends on the part tells nothing. What ends with laws
+    seen as another option has them speaks for that one.
     """
     begun = [(option, _sharpest(option, z)) for option in options]
     parts = [on_a_part(option) for option in options]
     if len(options) == 1 or any(part is None for part in parts):
         return begun
-    values = []
+    values = dict.fromkeys((_kind(option) for option in options), -np.inf)
     for part in [part for part in parts if part is not None]:
         found = attempted(part, _sharpest(part, z), enough=ROUGH)
-        values.append(-np.inf if found is None else again(part, found, steps=0)[1].log_evidence)
-    return [b for b, value in zip(begun, values, strict=True) if value >= max(values) - SURE]
+        if found is not None:
+            ended, found = again(part, found, steps=0)
+            kind = _kind(ended)
+            values[kind] = max(values.get(kind, -np.inf), found.log_evidence)
+    least = max(values[_kind(option)] for option in options) - SURE
+    return [(h, z) for h, z in begun if values[_kind(h)] >= least]
+
+
+def _kind(h: Hypothesis) -> tuple[tuple[Mechanism, ...], bool]:
+    """Return the form of the mechanisms, and whether laws are seen through a filter."""
+    return h.mechanisms, h.problem.low_pass is not None
 
 
 def _sharpest(h: Hypothesis, z: Array) -> Array:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.diagnosis.as_drawn import Begun, as_drawn
 from twin.diagnosis.beginning import (
     added,
     attempted,
@@ -33,7 +34,7 @@ from twin.diagnosis.problem import Problem
 from twin.diagnosis.screening import screen
 from twin.diagnosis.sizes import forces, negligible
 from twin.diagnosis.together import families, off_alone
-from twin.diagnosis.valleys import WIDTH, Score, first_of_each
+from twin.diagnosis.valleys import ALIKE, WIDTH, Score, first_of_each
 from twin.estimation.fit import fit
 from twin.estimation.likelihood import evaluate
 from twin.estimation.passing import Run
@@ -88,7 +89,7 @@ def search(
     calibrated = fit(empty, start_of(empty) if start is None else start)
     empty, calibrated = with_its_lines(*at_its_tolerance(empty, calibrated))
     nothing = Explanation(empty, calibrated, odds_of(empty, calibrated))
-    problem, best = empty.problem, nothing
+    tolerance, problem, best = problem.tolerance, empty.problem, nothing
     tried: Tried = {(): nothing}
     screened = []
     moved = motions(problem, empty, calibrated.z)
@@ -107,9 +108,11 @@ def search(
         scores = screen(best.fit, here, candidates, moved)
         screened.append(tuple(scores))
         worth = [s for s in scores if s.gain > cost]
+        drawn = as_drawn(here, best.fit.z, candidates, tolerance)[:ALIKE]
         first = first_of_each([s.candidate.label[0] for s in worth])[:WIDTH]
         moves = [[worth[i]] for i in first] + families(here, scores, cost)
-        fits = _fitted(here, best, moves, cost, lambda what, step=step: tell(  # type: ignore[misc]
+        begun = drawn + [_grown(here, best, scores) for scores in moves]
+        fits = _fitted(here, best, begun, cost, lambda what, step=step: tell(  # type: ignore[misc]
             f"search step {step}: {what}"))  # fmt: skip
         fits += off_alone(here, best, candidates, cost)
         fits.sort(key=lambda e: -e.log_odds)
@@ -225,44 +228,42 @@ def _ends_in_a_trifle(best: Explanation) -> bool:
 
 
 def _fitted(
-    here: Hypothesis, before: Explanation, moves: Sequence[Sequence[Score]], cost: float,
+    here: Hypothesis, before: Explanation, begun: Sequence[Begun], cost: float,
     tell: Callable[[str], None],
 ) -> list[Explanation]:  # fmt: skip
     """Return the explanations with what was promising, fitted, the likeliest first.
 
     A part of the samples says which ones need not be tried, and where the others may begin.
     """
-    grown = [_grown(here, before, scores) for scores in moves]
-    begun = dict(enumerate(grown))
+    compared = {index: (one.hypothesis, one.z) for index, one in enumerate(begun)}
     if on_a_part(here) is not None:
-        tell(f"comparing {len(moves)} candidates")
-        begun = _compared(grown, [sum(s.gain for s in scores) for scores in moves])
+        tell(f"comparing {len(begun)} candidates")
+        compared = _compared(begun)
     fits: list[Explanation] = []
-    for number, (index, (h, z)) in enumerate(begun.items()):
-        candidate, (_, start) = moves[index][0].candidate, grown[index]
-        place = f"{len(moves[index])} channels" if len(moves[index]) > 1 else candidate.label[1]
-        tell(f"fitting {candidate.label[0]} at {place} ({number + 1} of {len(begun)})")
+    for number, (index, (h, z)) in enumerate(compared.items()):
+        new = h.mechanisms[len(here.mechanisms) :]
+        place = f"{len(new)} channels" if len(new) > 1 else new[0].place
+        tell(f"fitting {new[0].name} at {place} ({number + 1} of {len(compared)})")
         top = max(fits, key=lambda e: e.log_odds, default=before)
-        found = explained(h, likeliest(h, [start, z])[1], cost, top)
+        found = explained(h, likeliest(h, [begun[index].z, z])[1], cost, top)
         if found is not None:
             fits.append(found)
     return sorted(fits, key=lambda e: -e.log_odds)
 
 
-def _compared(
-    grown: Sequence[tuple[Hypothesis, Array]], gains: Sequence[float]
-) -> dict[int, tuple[Hypothesis, Array]]:
+def _compared(begun: Sequence[Begun]) -> dict[int, tuple[Hypothesis, Array]]:
     """Return which hypotheses to fit, and where a part of the samples led: index -> (it, values).
 
     The likeliest first, and not those that are behind another one both there and in the screening
     of all samples.
     """
     found: dict[int, tuple[float, Hypothesis, Array]] = {}
-    for index, (h, z) in enumerate(grown):
-        ahead = max((found[i][0] for i in found if gains[i] >= gains[index]), default=-np.inf)
-        begun = [z, from_nominal(h, z)] if far_off(h.problem, z) else [z]
+    for index, one in enumerate(begun):
+        h, z = one.hypothesis, one.z
+        ahead = max((found[i][0] for i in found if begun[i].gain >= one.gain), default=-np.inf)
+        starts = [z, from_nominal(h, z)] if far_off(h.problem, z) else [z]
         told = [(-np.inf, h, z)]
-        for at in begun:
+        for at in starts:
             there = by_its_lines(h, at)
             part = attempted(beginning_of(there), at, hopeless=ahead - SURE, enough=ROUGH)
             if part is not None:
@@ -271,14 +272,12 @@ def _compared(
     return {
         index: (h, z)
         for index, (value, h, z) in sorted(found.items(), key=lambda item: -item[1][0])
-        if value >= max(found[i][0] for i in found if gains[i] >= gains[index]) - SURE
+        if value >= max(found[i][0] for i in found if begun[i].gain >= begun[index].gain) - SURE
     }
 
 
-def _grown(
-    here: Hypothesis, before: Explanation, scores: Sequence[Score]
-) -> tuple[Hypothesis, Array]:
-    """Return the hypothesis with what was screened, and where its fit begins, (p,)."""
+def _grown(here: Hypothesis, before: Explanation, scores: Sequence[Score]) -> Begun:
+    """Return the hypothesis with what was screened, and where its fit begins."""
     grown, z, shift = here, before.fit.z, dict[str, float]()
     for score in scores:
         more = added(grown, score.candidate, score.start)
@@ -286,4 +285,4 @@ def _grown(
         shift |= score.shift if len(scores) == 1 else {}
     moved = z + np.array([shift.get(u.name, 0.0) for u in grown.unknowns])
     _, z = likeliest(grown, [z, *beginnings(grown, moved)])
-    return grown, z
+    return Begun(grown, z, sum(score.gain for score in scores))
