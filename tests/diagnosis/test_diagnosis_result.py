@@ -102,7 +102,7 @@ def test_the_missing_force_is_drawn_along_the_drift(diagnosis):
 def test_steps_are_told_as_they_are_taken_and_timed(told):
     steps, found = told
     assert steps[0] == "reading the model (0 s)"
-    fitted = re.compile(r"search step 1: fitting cubic_stiffness at storey1 \(\d of \d\)")
+    fitted = re.compile(r"search step 1: fitting cubic_stiffness at storey1 \(\d+ of \d+\)")
     assert any(fitted.match(step) for step in steps)
     assert [step.rpartition(" (")[0] for step in steps] == list(found.steps)
     assert sum(found.steps.values()) <= found.seconds
