@@ -34,8 +34,8 @@ from experiments.closure_rigs import (
     linear_of,
     mechanisms_of,
     record,
-    visible,
 )
+from experiments.closure_sizes import visible
 from twin.campaign import campaign
 from twin.mechanisms.mechanism import ChannelFault, Disturbance, Mechanism
 from twin.model import Twin

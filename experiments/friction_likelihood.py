@@ -20,7 +20,8 @@ from pathlib import Path
 
 import numpy as np
 
-from experiments.closure_rigs import STRUCTURES, record, visible
+from experiments.closure_rigs import STRUCTURES, record
+from experiments.closure_sizes import visible
 from twin.diagnosis.beginning import added, beginnings, likeliest, moved_to, start_of
 from twin.diagnosis.candidates import Candidate, motions, priors_of, scales_of, surroundings
 from twin.diagnosis.hypothesis import Hypothesis

@@ -19,6 +19,7 @@ from twin.estimation.fit import fit
 from twin.estimation.likelihood import evaluate
 from twin.mechanisms.appendage import Appendage
 from twin.mechanisms.base_compliance import BaseCompliance
+from twin.mechanisms.clock import Clock
 from twin.mechanisms.cubic_stiffness import CubicStiffness
 from twin.mechanisms.damping import Damping
 from twin.mechanisms.sensor_delay import SensorDelay
@@ -83,6 +84,21 @@ def test_a_base_that_a_calibration_stands_for_is_found_from_the_nominal_twin():
     brought = fit(true, from_nominal(true, moved_to(true, blank, calibrated.z, base)))
     assert score.gain > 0.5 * (brought.log_posterior - calibrated.log_posterior)
     assert score.start.stiffness == pytest.approx(500.0, rel=0.05)
+
+
+def test_a_clock_that_is_off_by_many_samples_is_found_though_no_straight_line_tells_of_it():
+    wrong = Clock("acc_floor2", 3e-3)  # six samples at the end
+
+    def slow(seed):
+        r = recorded(lumped(), seed, seconds=16.0)
+        columns = wrong.distort({n: r.column(n) for n in r.names}, r.sampling_hz)
+        # what the recording does not reach is none of the clock's
+        return Recording.build(r.sampling_hz, {n: x[:-8] for n, x in columns.items()}, r.source)
+
+    found = diagnose(lumped(), [slow(1)], [slow(2)])
+    (only,) = found.findings
+    assert (only.mechanism.name, only.location) == ("clock", "acc_floor2")
+    assert only.mechanism.rate == pytest.approx(3e-3, rel=1e-3)
 
 
 def test_hum_on_all_channels_is_hum_on_all_channels():

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from experiments import closure
-from experiments.closure_rigs import STRUCTURES, linear_of, mechanisms_of, place_of, record, visible
+from experiments.closure_rigs import STRUCTURES, linear_of, mechanisms_of, place_of, record
+from experiments.closure_sizes import visible
 from twin.formats import read_recording
 
 

@@ -28,6 +28,7 @@ class Clock(ChannelFault):
     reference: ClassVar[str] = "Allan 1987"
     of_kinds: ClassVar[frozenset[str]] = OUTPUTS | INPUTS
     in_samples: ClassVar[bool] = True
+    valleys: ClassVar[int] = 4  # what turns a phase far is no straight line
     mjcf: ClassVar[str] = "a channel's fault is not part of the model"
 
     rate: float = 0.0
