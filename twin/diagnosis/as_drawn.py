@@ -18,10 +18,11 @@ from twin.diagnosis.candidates import Candidate
 from twin.diagnosis.drawing import far_off, with_tolerance
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.portion import ROUGH, beginning_of
+from twin.diagnosis.screening import directions_of
 from twin.estimation.parallel import each
 from twin.estimation.passing import run, silent, simulated
 from twin.estimation.sensitivities import no_slopes, numbers_of, plants_of
-from twin.mechanisms.mechanism import Law
+from twin.mechanisms.mechanism import Law, Mechanism
 
 Array = NDArray[np.float64]
 
@@ -66,7 +67,7 @@ def as_drawn(
     drawn, nothing = with_tolerance(hypothesis, 0 * z, tolerance)
     short = beginning_of(drawn)
     before = _left(short, nothing)
-    starts = [(c, s) for c in candidates for s in c.starts if isinstance(s, Law)]
+    starts = [(c, law) for c in candidates for law in _weakest(c.starts)]
 
     def nearest(index: int) -> tuple[Law, float]:
         candidate, law = starts[index]
@@ -87,6 +88,14 @@ def as_drawn(
             grown = added(drawn, candidate, start)
             best[candidate.label] = Begun(grown, moved_to(grown, drawn, nothing, start), found)
     return sorted(best.values(), key=lambda one: -one.gain)
+
+
+def _weakest(starts: Sequence[Mechanism]) -> list[Law]:
+    """Return first guesses of laws of which none is another one, only stronger: the weakest."""
+    laws = [start for start in starts if isinstance(start, Law)]
+    kinds = [{ratio > 0: (ratio, law) for law, ratio in sorted(alike, key=lambda k: -abs(k[1]))}
+             for _, alike in directions_of(laws)]  # fmt: skip
+    return [law for kind in kinds for _, law in kind.values() if isinstance(law, Law)]
 
 
 def _left(hypothesis: Hypothesis, z: Array) -> Array:

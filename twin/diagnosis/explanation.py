@@ -12,7 +12,6 @@ from twin.diagnosis.beginning import as_sharp, attempted, likeliest
 from twin.diagnosis.between import again
 from twin.diagnosis.drawing import odds_of
 from twin.diagnosis.hypothesis import Hypothesis
-from twin.diagnosis.lines import with_its_lines
 from twin.diagnosis.portion import ROUGH, SURE, on_a_part
 from twin.diagnosis.problem import LINEAR_PHASE
 from twin.estimation.fit import Fit, fit
@@ -60,7 +59,6 @@ def explained(h: Hypothesis, z: Array, cost: float, top: Explanation) -> Explana
     for option, begun in within_reach(options, z):
         try:
             other, found = again(option, fit(option, begun, hopeless=least), steps=0)
-            other, found = with_its_lines(other, found)
         except (ValueError, np.linalg.LinAlgError):
             continue
         if np.isfinite(found.log_evidence):

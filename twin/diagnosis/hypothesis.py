@@ -20,10 +20,12 @@ from numpy.typing import NDArray
 from twin.diagnosis.blurring import CUT_OFF, smear
 from twin.diagnosis.mending import mended, read_as_lines
 from twin.diagnosis.parts import parts_of, yielding
+from twin.diagnosis.plant import structure_of
 from twin.diagnosis.plants import TINY, Plants, in_each, plants_at, start_covariance
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.scales import Scales
 from twin.diagnosis.straight import ringing
+from twin.diagnosis.trials import hold_errors
 from twin.estimation.laws import MOST_NUMBERS
 from twin.estimation.model import Assembly, Trial, Unknown
 from twin.estimation.ringing import Ringing
@@ -217,7 +219,7 @@ class Hypothesis:
         return Assembly(
             systems, plants.which, tuple(noises), compiled, numbers, scales, steps,
             np.concatenate([problem.held, np.zeros(problem.pseudo_forces, bool)]),
-            self._trials(mechanisms),
+            self._trials(z, mechanisms),
             low_pass=problem.low_pass if self.simulated else None,
             own=tuple(plant.system for plant in plants.own),
             ringing=self._ringing if plants.own else None,
@@ -235,12 +237,23 @@ class Hypothesis:
         """Return the parts of a sample in which laws are stepped."""
         return parts_of(self.problem, scales[:, :3], self.simulated)
 
-    def _trials(self, mechanisms: Sequence[Mechanism]) -> tuple[Trial, ...]:
+    def _trials(self, z: Array, mechanisms: Sequence[Mechanism]) -> tuple[Trial, ...]:
         """Return the recordings, what is at fault in their samples taken back."""
         faults = [m for m in mechanisms if isinstance(m, ChannelFault)]
-        wrong = [m for m in faults if m.in_samples]
-        trials = mended(self.problem, wrong) if wrong else self.problem.trials
-        return read_as_lines(self.problem, trials, faults)
+        if not (faults or self.problem.calmed):
+            return self.problem.trials
+        key = tuple(np.asarray(z)[self._of_the_samples].tolist())
+        if key not in self._seen:
+            wrong = [m for m in faults if m.in_samples]
+            trials = mended(self.problem, wrong) if wrong else self.problem.trials
+            missing = None
+            if self.problem.calmed:
+                base = self.problem.base(z[: len(self.problem.base_unknowns)])
+                missing = hold_errors(self.problem, structure_of(base, mechanisms))
+            if len(self._seen) >= KEPT:
+                self._seen.clear()
+            self._seen[key] = read_as_lines(self.problem, trials, faults, missing)
+        return self._seen[key]
 
     @cached_property
     def _ringing(self) -> Ringing:
@@ -253,8 +266,16 @@ class Hypothesis:
         return {}
 
     @cached_property
+    def _seen(self) -> dict[tuple[float, ...], tuple[Trial, ...]]:
+        return {}
+
+    @cached_property
     def _of_the_system(self) -> NDArray[np.intp]:
         return np.flatnonzero([u.role == "system" for u in self.unknowns])
+
+    @cached_property
+    def _of_the_samples(self) -> NDArray[np.intp]:
+        return np.flatnonzero([u.role in ("system", "samples") for u in self.unknowns])
 
     def _plants(
         self, z: Array, mechanisms: Sequence[Mechanism], latent: Sequence[float]

@@ -129,7 +129,7 @@ class Linearised:
             rest = whole[: len(own.y)]
             lines = prefiltered(rest) if self.filtered else rest
             u, between = np.hstack([own.u, rest]), np.hstack([own.between, lines])
-            out.append(Trial(u, between, own.y, own.step_s))
+            out.append(Trial(u, between, own.y, own.step_s, missed=own.missed))
         return tuple(out)
 
 

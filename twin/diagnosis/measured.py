@@ -13,6 +13,7 @@ from twin.arrays import frozen
 from twin.model.geometry import Geometric
 
 Array = NDArray[np.float64]
+Load = tuple[tuple[str, float], ...]
 
 NOISE_DEVIATION = 0.7
 """Prior deviation of a noise level's logarithm about what the channel's own samples say: a factor
@@ -48,6 +49,11 @@ class Measured:
     def __post_init__(self) -> None:
         for name in ("u", "y", "input_noise", "output_noise"):
             object.__setattr__(self, name, frozen(getattr(self, name), float))
+
+    @property
+    def load(self) -> Load:
+        """Bodies and masses bolted on [kg], by name."""
+        return tuple(sorted(self.added_mass.items()))
 
     @cached_property
     def driven(self) -> NDArray[np.bool_]:

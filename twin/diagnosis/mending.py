@@ -6,16 +6,17 @@ give an acceleration at once are known: what is left of it is smooth, and only t
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from twin.arrays import filled
+from twin.diagnosis.measured import Load
 from twin.diagnosis.problem import Problem
-from twin.diagnosis.straight import read_error
-from twin.diagnosis.trials import missed_by_lines, trial_of
+from twin.diagnosis.straight import HoldError, read_error
+from twin.diagnosis.trials import trial_of
 from twin.estimation.model import Trial
 from twin.mechanisms.mechanism import ChannelFault
 
@@ -49,8 +50,9 @@ def mended(problem: Problem, faults: Sequence[ChannelFault]) -> tuple[Trial, ...
 
 
 def read_as_lines(
-    problem: Problem, trials: Sequence[Trial], faults: Sequence[ChannelFault]
-) -> tuple[Trial, ...]:
+    problem: Problem, trials: Sequence[Trial], faults: Sequence[ChannelFault],
+    missing: Mapping[Load, HoldError] | None = None,
+) -> tuple[Trial, ...]:  # fmt: skip
     """Return recordings as instruments read the straight lines of smooth inputs.
 
     What the lines miss is read by an instrument without a memory as all else. One that rings near
@@ -61,17 +63,19 @@ def read_as_lines(
         problem: whose recordings they are.
         trials: the recordings.
         faults: of channels.
+        missing: what the lines miss of the structure with each load; that of the nominal twin
+            without.
     """
-    if not faults or np.all(problem.cornered):
+    if np.all(problem.cornered) or not (faults or missing):
         return tuple(trials)
     out, outputs = [], problem.model.outputs
-    change = _true_inputs(problem, faults) - np.eye(len(problem.model.inputs))
-    for t, trial in enumerate(trials):
+    true = _true_inputs(problem, faults)
+    same = missing is None and np.array_equal(true, np.eye(len(true)))
+    for recording, trial in zip(problem.recordings, trials, strict=True):
         before = np.zeros_like(trial.y) if trial.missed is None else trial.missed
-        missed = before.copy()
-        for into, of in np.argwhere(change).tolist():
-            missed += change[into, of] * _missed_alone(problem, t, into, of)
         smooth = np.where(problem.cornered, 0.0, trial.u[:, : len(problem.cornered)])
+        found = (missing or problem.hold_errors)[recording.load]
+        missed = before.copy() if same else found.of(smooth @ true.T)
         for fault in faults:
             instrument = fault.instrument(0.0) if set(fault.channels) <= set(outputs) else None
             if instrument is None:
@@ -96,16 +100,6 @@ def _true_inputs(problem: Problem, faults: Sequence[ChannelFault]) -> Array:
             rows = [inputs.index(name) for name in fault.channels]
             out[rows] = np.linalg.inv(instrument.D) @ out[rows]
     return out
-
-
-def _missed_alone(problem: Problem, t: int, into: int, of: int) -> Array:
-    """Return what one input does beyond its lines, (samples, m), with the samples of one."""
-    key, recording = (t, into, of), problem.recordings[t]
-    if key not in problem.missed_alone:
-        alone = np.zeros_like(recording.u)
-        alone[:, into] = recording.u[:, of]
-        problem.missed_alone[key] = missed_by_lines(problem, recording, alone)
-    return problem.missed_alone[key]
 
 
 def _hidden(

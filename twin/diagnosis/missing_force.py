@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
@@ -42,6 +44,16 @@ def smooth(problem: Problem, force: Array) -> Array:
     corner = min(4 * float(np.max(inside, initial=1.0)), 0.4 * problem.sampling_hz)
     sos = signal.butter(4, corner, fs=problem.sampling_hz, output="sos")
     return np.asarray(signal.sosfiltfilt(sos, force, axis=0))
+
+
+def nonlinear_share(law: Law, problem: Problem, moved: Sequence[Motion]) -> float:
+    """Return the share of a law's RMS force along motions that no k d + c v is."""
+    row = problem.model.port(law.place)
+    force = np.concatenate([along_motion(law, problem, motion) for motion in moved])
+    motion = np.vstack([np.column_stack([m.q @ row, m.v @ row]) for m in moved])
+    motion = motion / np.maximum(np.max(np.abs(motion), axis=0), 1e-300)
+    left = force - motion @ np.linalg.lstsq(motion, force, rcond=None)[0]
+    return float(np.linalg.norm(left) / max(float(np.linalg.norm(force)), 1e-300))
 
 
 def along_motion(law: Law, problem: Problem, motion: Motion) -> Array:

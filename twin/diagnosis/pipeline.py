@@ -210,8 +210,8 @@ def _calibrated(found: Found) -> Explanation:
                 damping_tolerance=min(LOOSE * own.damping_tolerance, UNKNOWN))
     )  # fmt: skip
     z = found.nothing.fit.z.copy()
-    count = len(own.base_unknowns)
-    z[:count] *= np.array([own.tolerance / free.problem.tolerance] * count)
+    pairs = zip(own.base_unknowns, free.problem.base_unknowns, strict=True)
+    z[: len(own.base_unknowns)] *= [before.deviation / after.deviation for before, after in pairs]
     loose = fit(free, z)
     return Explanation(free, loose, loose.log_evidence)
 

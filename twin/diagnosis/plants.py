@@ -85,8 +85,7 @@ def plants_at(
     stepped: list[float | None] = [problem.step_s if problem.calmed else None]
     if simulated and problem.rings:
         stepped.append(None)
-    loads = [tuple(sorted(r.added_mass.items())) for r in problem.recordings]
-    cases = list(zip(loads, mechanisms, strict=True))
+    cases = list(zip([r.load for r in problem.recordings], mechanisms, strict=True))
     distinct = list(dict.fromkeys(cases))
     banded = [(distinct.index(c), r.bands) for c, r in zip(cases, problem.recordings, strict=True)]
     variants = list(dict.fromkeys(banded))

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from twin.arrays import rms_of
 from twin.diagnosis.known import OfKnown, unknowns_of, valued
-from twin.diagnosis.measured import NOISE_DEVIATION, Measured
+from twin.diagnosis.measured import NOISE_DEVIATION, Load, Measured
 from twin.diagnosis.modal_damping import following
 from twin.diagnosis.parameters import TELLABLE, stiffnesses_of
 from twin.diagnosis.scales import Scales
-from twin.diagnosis.straight import above, noise_gain
-from twin.diagnosis.trials import trial_of
+from twin.diagnosis.straight import HoldError, above, noise_gain
+from twin.diagnosis.trials import hold_errors, trial_of
 from twin.estimation.low_pass import LowPass
 from twin.estimation.model import Trial, Unknown
 from twin.mechanisms.mechanism import Mechanism
@@ -62,8 +62,6 @@ class Problem:
         told: whether the user says the tolerance; if not, it is found from the recordings.
         kinematics: of the model, where large motion would be seen in the recordings.
         large: whether it is seen: the structure moves as its model does when it moves far.
-        fitted: the structure as a fit has it, for what straight lines between samples miss; the
-            nominal one without.
     """
 
     model: LinearModel
@@ -79,7 +77,6 @@ class Problem:
     told: bool = True
     kinematics: Geometry | None = None
     large: bool = True
-    fitted: LinearModel | None = None
 
     @property
     def step_s(self) -> float:
@@ -112,9 +109,9 @@ class Problem:
         return tuple(trial_of(self, recording) for recording in self.recordings)
 
     @cached_property
-    def missed_alone(self) -> dict[tuple[int, int, int], Array]:
-        """What one input alone does beyond its lines with one's samples, (samples, m): kept."""
-        return {}
+    def hold_errors(self) -> Mapping[Load, HoldError]:
+        """What straight lines between samples miss of the nominal twin, with each load."""
+        return hold_errors(self, self.model)
 
     @property
     def pseudo_forces(self) -> int:

@@ -8,9 +8,14 @@ would ring at each corner.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import next_fast_len
+from scipy.interpolate import CubicSpline
 from scipy.linalg import eigh
 
 from twin.diagnosis.scales import ROUNDING
@@ -23,6 +28,10 @@ Array = NDArray[np.float64]
 
 SPREAD = 16.0
 """Samples by which the raising of corners reaches: what a sample does there is a thousandth."""
+
+FREQUENCIES = 513
+"""At which what lines miss is found, from 0 to half the sampling rate: it is smooth between them,
+for resonances in the band are in both and cancel, and images and modes above it lie apart."""
 
 CALM = 0.7
 """Damping ratio that modes above half the sampling rate are given in steps from sample to sample:
@@ -41,33 +50,59 @@ def prefiltered(u: Array) -> Array:
     return np.column_stack(columns) if columns else u
 
 
-def hold_error(model: LinearModel, u: Array, step_s: float) -> Array:
-    """Return outputs, (samples, m): of a band-limited input less those of its raised lines.
+@dataclass(frozen=True)
+class HoldError:
+    """What outputs show of band-limited inputs that they do not of their raised lines.
+
+    Attributes:
+        response: of the outputs to the inputs, at ``FREQUENCIES`` up to half the sampling rate,
+            (., m, r).
+    """
+
+    response: NDArray[np.complex128]
+
+    def at(self, frequencies: int) -> NDArray[np.complex128]:
+        """Return the response at so many frequencies from 0 to half the sampling rate."""
+        if frequencies not in self._kept:
+            known, wanted = (np.linspace(0.0, 1.0, k) for k in (len(self.response), frequencies))
+            self._kept[frequencies] = CubicSpline(known, self.response)(wanted)
+        return self._kept[frequencies]
+
+    @cached_property
+    def _kept(self) -> dict[int, NDArray[np.complex128]]:
+        return {}
+
+    def of(self, u: Array) -> Array:
+        """Return what outputs show beyond the lines of inputs, (samples, r), as (samples, m)."""
+        length = SILENCE * next_fast_len(len(u), real=True)
+        spectrum = np.fft.rfft(u, length, axis=0)
+        seen = self.at(len(spectrum)) @ spectrum[:, :, None]
+        return np.asarray(np.fft.irfft(seen[:, :, 0], length, axis=0)[: len(u)])
+
+
+def hold_error(model: LinearModel, step_s: float, frequencies: int = FREQUENCIES) -> HoldError:
+    """Return what raised lines miss of the inputs of a structure.
 
     Lines serve a mode well below half the sampling rate, but not what a hammer has near it. Modes
     above are stepped with more damping than theirs (``well_damped``); what moves freely is left.
 
     Args:
         model: the structure.
-        u: inputs, (samples, r).
         step_s: sampling interval [s].
+        frequencies: at how many it is found.
     """
     squares, shapes = _modes(model)
     held = squares > ROUNDING * np.max(squares, initial=1e-300)
     exact = model.within(shapes[:, held], model.left_out)
-    stepped = well_damped(exact, step_s)
-    length = SILENCE * len(u)
-    w = np.asarray(2 * np.pi * np.fft.rfftfreq(length, step_s), float)
-    spectrum = np.fft.rfft(u, length, axis=0)
-    out = np.zeros((len(w), len(model.outputs)), complex)
-    for sign, own, lines in ((1, exact, False), (-1, stepped, True)):
+    w = np.linspace(0.0, np.pi / step_s, frequencies)
+    out = np.zeros((len(w), len(model.outputs), len(model.inputs)), complex)
+    for sign, own, lines in ((1, exact, False), (-1, well_damped(exact, step_s), True)):
         system = own.state_space()
         poles, states = np.linalg.eig(system.A)
         seen, driven = system.C @ states, np.linalg.solve(states, system.B)
-        for pole, reads, push in zip(poles, seen.T, driven, strict=True):
-            answer = sign * _state(pole, w, step_s, lines) * (spectrum @ push)
-            out += answer[:, None] * reads
-    return np.asarray(np.fft.irfft(out, length, axis=0)[: len(u)])
+        answers = sign * _state(poles, w[:, None], step_s, lines)
+        out += (answers[:, None, :] * seen) @ driven
+    return HoldError(out)
 
 
 def ringing(model: LinearModel, places: Sequence[str], step_s: float) -> Ringing:
@@ -92,8 +127,15 @@ def above(model: LinearModel, step_s: float) -> NDArray[np.bool_]:
     return np.asarray(squares > (np.pi / step_s) ** 2)
 
 
-def _state(pole: complex, w: Array, step_s: float, lines: bool) -> NDArray[np.complex128]:
-    """Return the response of x' = pole x + u to a band-limited u, or its raised lines."""
+def _state(pole: Any, w: Array, step_s: float, lines: bool) -> NDArray[np.complex128]:
+    """Return the response of x' = pole x + u to a band-limited u, or its raised lines.
+
+    Args:
+        pole: one or many.
+        w: circular frequencies; they and many poles are broadcast.
+        step_s: sampling interval [s].
+        lines: whether u is what its raised lines are.
+    """
     if not lines:
         return np.asarray(1 / (1j * w - pole))
     z, corner = np.exp(1j * w * step_s), _corner(w * step_s / (2 * np.pi))

@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis.aliased import aliased
-from twin.diagnosis.measured import Measured
-from twin.diagnosis.straight import hold_error, prefiltered
+from twin.diagnosis.measured import Load, Measured
+from twin.diagnosis.straight import HoldError, hold_error, prefiltered
 from twin.estimation.model import Trial
 from twin.estimation.passing import BESIDE_NOISE
+from twin.model.linear import LinearModel
 
 if TYPE_CHECKING:
     from twin.diagnosis.problem import Problem
@@ -40,7 +41,7 @@ def trial_of(
     blur = missed = None
     if not np.all(problem.cornered):
         smooth = np.where(problem.cornered, 0.0, u)
-        missed = missed_by_lines(problem, recording, u)
+        missed = problem.hold_errors[recording.load].of(smooth)
         known -= missed
         between = np.where(problem.cornered, u, prefiltered(u))
         blur = aliased(problem.model, smooth, problem.step_s, recording.input_noise)
@@ -59,12 +60,12 @@ def trial_of(
     return Trial(u, between, known, problem.step_s, limited, seen, missed)
 
 
-def missed_by_lines(problem: Problem, recording: Measured, u: Array) -> Array:
-    """Return what smooth inputs, (samples, r), do to the outputs beyond their lines, (samples, m).
-
-    To first order it is what a structure nearby misses.
-    """
-    structure = problem.fitted or problem.model
-    for place, mass in sorted(recording.added_mass.items()):
-        structure = structure.loaded(place, mass)
-    return hold_error(structure, np.where(problem.cornered, 0.0, u), problem.step_s)
+def hold_errors(problem: Problem, structure: LinearModel) -> dict[Load, HoldError]:
+    """Return what lines miss of a structure with each set of masses bolted on."""
+    out = dict[Load, HoldError]()
+    for load in {recording.load for recording in problem.recordings}:
+        loaded = structure
+        for place, mass in load:
+            loaded = loaded.loaded(place, mass)
+        out[load] = hold_error(loaded, problem.step_s)
+    return out

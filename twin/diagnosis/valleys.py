@@ -18,7 +18,6 @@ from twin.diagnosis.candidates import Candidate
 from twin.diagnosis.drawing import far_off
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.linearised import Linearised
-from twin.diagnosis.lines import by_its_lines
 from twin.diagnosis.portion import ROUGH, beginning_of
 from twin.estimation.fit import Fit
 from twin.estimation.fit import fit as climb
@@ -90,8 +89,7 @@ def of_valleys(fit: Fit, linear: Linearised, candidates: Sequence[Candidate]) ->
     racing = [(c, _likelier(_followed(adjusted, here, runners))) for c, runners in racing]
     if not hypothesis.laws and far_off(short.problem, here.z):
         # laws are held as they were beside the calibrated twin
-        anew = by_its_lines(short, nominal(short, here.z))
-        racing = _with_nominal(linear, anew, here, racing)
+        racing = _with_nominal(linear, short, here, racing)
     # what gains no more on this part than a step has to is as far as it gets
     behind += [(c, runners) for c, runners in racing if not runners[0][0] > ROUGH]
     racing = _ahead([(c, runners) for c, runners in racing if runners[0][0] > ROUGH], behind)

@@ -149,8 +149,7 @@ def run(
     trust = trust_in(gain, averages.blur)
     if plant.driven is None:
         passed = _stepped(
-            plant, assembly, trial, gain_matrices(gain), trust, first, dfirst, memories, begin_s,
-            d.step, d.read, d.gain, d.numbers, d.order,
+            plant, assembly, trial, gain_matrices(gain), trust, first, dfirst, memories, begin_s, d,
         )  # fmt: skip
         return Run(*passed, gain, plant, averages)
     # what the simulation and what is simulated do, and how far the motion deviates from it
@@ -165,19 +164,28 @@ def run(
 
 def _stepped(
     plant: Sampled, assembly: Assembly, trial: Trial, gain: Array, trust: Array, x0: Array,
-    dx0: Array, z0: Array, begin_s: float, dstep: Array, dread: Array, dgain: Array,
-    dnumbers: Array, order: NDArray[np.int64],
+    dx0: Array, z0: Array, begin_s: float, d: Slopes,
 ) -> tuple[Array, Array, Array, Array, Array]:  # fmt: skip
     """Return innovations, their derivatives, states, memories and forces of a plant with laws."""
     (samples, m), laws, c = trial.y.shape, len(assembly.laws), np.ascontiguousarray
-    e, de = np.empty((samples, m)), np.empty((samples, m, len(order)))
+    e, de = np.empty((samples, m)), np.empty((samples, m, len(d.order)))
     x, z, f = np.empty((samples, len(x0))), np.empty((samples, laws)), np.empty((samples, laws))
+    step, read, dstep, dread = step_matrix(plant), read_matrix(plant), d.step, d.read
+    u, between, ramps = trial.u, trial.between, (~assembly.held).astype(float)
+    if d.missed.size:
+        # what lines miss is in the outputs already; its derivatives come as inputs that they read
+        n, w, r = len(x0), plant.W.shape[1], u.shape[1]
+        first, second, none = n + w + r, n + w + 2 * r, np.zeros((samples, m))
+        step = np.insert(step, np.repeat([first, second], m), 0.0, axis=1)
+        dstep = np.insert(dstep, np.repeat([first, second], m), 0.0, axis=1)
+        read = np.hstack([read[:, : n + r], np.eye(m), read[:, n + r :]])
+        dread = np.insert(dread, np.repeat(n + r, m), 0.0, axis=1)
+        u, between, ramps = np.hstack([u, none]), np.hstack([between, none]), np.pad(ramps, (0, m))
     predict(
-        addresses(assembly.laws), step_matrix(plant), read_matrix(plant),
-        np.vstack([plant.system.drift, plant.system.rate]), numbers_of(assembly), gain, trust,
-        c(trial.u), c(trial.between), np.zeros((0, 0, 0)), c(trial.y), x0, z0, begin_s, plant.steps,
-        trial.step_s, (~assembly.held).astype(float), c(assembly.scales), dstep, dread, dgain,
-        dnumbers, dx0, order, e, de, x, z, f,
+        addresses(assembly.laws), step, c(read), np.vstack([plant.system.drift, plant.system.rate]),
+        numbers_of(assembly), gain, trust, c(u), c(between), c(d.missed), c(trial.y), x0, z0,
+        begin_s, plant.steps, trial.step_s, ramps, c(assembly.scales), dstep, dread, d.gain,
+        d.numbers, dx0, d.order, e, de, x, z, f,
     )  # fmt: skip
     return e, de, x, z, f
 
@@ -206,9 +214,11 @@ def simulated(
     parts = samples * plant.steps + weights.shape[1]
     forces, dforces = np.empty((parts, laws)), np.empty((parts, laws, q))
     ports, z = np.vstack([plant.system.drift, plant.system.rate]), np.empty((samples, laws))
-    simulate(addresses(assembly.laws), simulation_matrix(plant), ports, numbers, c(fine), x0, z0,
-             begin_s, plant.steps, trial.step_s, c(assembly.scales), d.simulated, d.numbers, dx0,
-             forces, dforces, z)  # fmt: skip
+    modes = plant.driven.simulated.modes
+    simulate(addresses(assembly.laws), modes.of_step(simulation_matrix(plant)), modes.near,
+             ports @ modes.to, numbers, c(fine), modes.back @ x0, z0, begin_s, plant.steps,
+             trial.step_s, c(assembly.scales), modes.of_step(d.simulated), d.numbers,
+             modes.back @ dx0, forces, dforces, z)  # fmt: skip
     driven = len(weights) * laws
     more, du = np.empty((samples, driven)), np.empty((samples, driven, q))
     filtered(forces, dforces, weights, plant.steps, more, du)
@@ -223,11 +233,13 @@ def simulated(
         np.zeros((1, n + held, m, q)), d.numbers[:0], dx0, np.arange(q), e, de, x, none.copy(),
         none.copy(),
     )  # fmt: skip
+    measured = ~np.isnan(trial.y)
+    if d.missed.size:
+        de[:, :, : d.missed.shape[2]] -= d.missed * measured[:, :, None]
     if assembly.ringing is not None:
         every = np.concatenate([forces[:, :, None], dforces], axis=2)
         drives = np.concatenate([more[:, :, None], du], axis=2)
         beyond = assembly.ringing.beyond(every, drives, weights[0], plant.steps, trial.step_s)
-        measured = ~np.isnan(trial.y)
         e -= beyond[:, :, 0] * measured
         de -= beyond[:, :, 1:] * measured[:, :, None]
     return Simulation(e, de, x, z, more[:, :laws].copy())

@@ -42,6 +42,8 @@ class Slopes:
         innovation: of the innovations' covariances, (t, m, m, p), in the order of ``columns``.
         columns: the unknowns that change this trial, as they are counted in the model.
         order: the place in ``columns`` of each of the stepping loop's columns, (p,).
+        missed: of what inputs do to the outputs beyond their lines, (samples, m, .), for the first
+            of the stepping loop's unknowns; none where nothing of it changes.
         taken_back: for unknowns that change the samples themselves, their place in ``columns`` and
             the assembly a step away.
     """
@@ -54,6 +56,7 @@ class Slopes:
     deviating: Array
     read_deviating: Array
     innovation: Array
+    missed: Array
     columns: list[int]
     order: NDArray[np.int64]
     taken_back: dict[int, Assembly]
@@ -191,6 +194,8 @@ def _of_trial(
     dread_deviation = np.zeros((*filtering.system.C.shape, systems))
     numbers = numbers_of(here)
     dnumbers = np.zeros((*numbers.shape, laws))
+    missed = here.trials[trial].missed
+    dmissed = np.zeros((0, 0, 0) if missed is None else (*missed.shape, systems))
     dgain, dS = np.zeros((*gain.shape, p)), np.zeros((*base.innovation.shape, p))
     changed, near, steps = [], [], []
     for at, place in enumerate(order):
@@ -203,6 +208,9 @@ def _of_trial(
             dstep[:, :, at] = (step_matrix(predicting(other)) - step) / STEP
             dread[:, :, at] = (read_matrix(predicting(other)) - read) / STEP
             dsimulation[:, :, at] = (simulation_matrix(other) - simulation) / STEP
+            moved_on = assembly.trials[trial].missed
+            if missed is not None and moved_on is not None:
+                dmissed[:, :, at] = (moved_on - missed) / STEP
         if at < laws:
             dnumbers[:, :, at] = (numbers_of(assembly) - numbers) / STEP
         if unknowns[columns[place]].role == "samples":
@@ -217,8 +225,10 @@ def _of_trial(
         gains_near, covariances = neighbouring_gains(near, len(gain) - 1, equivalent, missing)
         dgain[..., changed] = (gains_near[..., :-1] - gains_near[..., -1:]) / steps
         dS[..., np.array(order)[changed]] = (covariances[..., :-1] - covariances[..., -1:]) / steps
+    if not np.any(dmissed):
+        dmissed = np.zeros((0, 0, 0))
     return Slopes(dstep, dread, dgain, dnumbers, dsimulation, ddeviation, dread_deviation, dS,
-                  columns, np.array(order, np.int64), taken_back)  # fmt: skip
+                  dmissed, columns, np.array(order, np.int64), taken_back)  # fmt: skip
 
 
 def no_slopes(plant: Sampled, gain: Gains, numbers: Array, p: int = 0) -> Slopes:
@@ -230,5 +240,5 @@ def no_slopes(plant: Sampled, gain: Gains, numbers: Array, p: int = 0) -> Slopes
         np.zeros((samples, n + held, m, p)), np.zeros((*numbers.shape, 0)),
         np.zeros((*simulation_matrix(plant).shape, 0)), np.zeros((n, n + held, 0)),
         np.zeros((m, n, 0)),
-        np.zeros((*gain.innovation.shape, p)), [], np.arange(p), {},
+        np.zeros((*gain.innovation.shape, p)), np.zeros((0, 0, 0)), [], np.arange(p), {},
     )  # fmt: skip

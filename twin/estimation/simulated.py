@@ -26,8 +26,8 @@ from twin.estimation.stepping import FAR, derivatives_at_ports, ports_at, rememb
 
 @numba.njit(nogil=True, cache=True)
 def simulate(
-    laws, step, ports, numbers, fine, x0, z0, begin_s, steps, step_s, scales, dstep, dnumbers,
-    dx0, f_out, df_out, z_out,
+    laws, step, near, ports, numbers, fine, x0, z0, begin_s, steps, step_s, scales, dstep,
+    dnumbers, dx0, f_out, df_out, z_out,
 ):  # fmt: skip
     """Fill the forces of the laws, and their derivatives, over the parts of the samples.
 
@@ -36,6 +36,7 @@ def simulate(
     In the order of the arguments:
         laws: addresses of forces and flows, (l, 2).
         step: over one part of a sample, by (x, u, u+, f), (n, n + 2 r + l).
+        near: the first state that moves each state, and that behind the last one, (n, 2).
         ports: displacements, then rates, at the laws' ports, (2 l, n).
         numbers: of the laws, (l, most).
         fine: inputs where each part of a sample begins, (samples steps, r); the last ones stay.
@@ -70,13 +71,17 @@ def simulate(
             c[n + i] = fine[min(place, last), i]
             c[n + r + i] = fine[min(place + 1, last), i]
         for i in range(n):
-            free[i] = along(step[i], c, first_f)
+            free[i] = along(step[i, n:], c[n:], 2 * r)
+            for s in range(near[i, 0], near[i, 1]):
+                free[i] += step[i, s] * c[s]
         t = begin_s + (k + (part + 0.5) / steps) * step_s
         solve_forces(laws, numbers, ports, push, begun, free, z, solved, t, scales, c, first_f,
                      part_s)  # fmt: skip
         if p:
             dfree[:] = 0.0
-            add_product(dfree, step, 0, X, n)
+            for i in range(n):
+                low, high = near[i]
+                add_row(dfree[i], step[i], low, X[low:], high - low)
             add_contracted(dfree, dstep, c)
             dbegun[:] = dended
             force_derivatives(laws, numbers, varied, ports, push, begun, free, z, t, scales, c,

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
+from twin.estimation.decoupled import Decoupled, decoupled
 from twin.estimation.low_pass import MOMENTS, TO_POWERS, LowPass, weights
 
 Array = NDArray[np.float64]
@@ -86,6 +88,11 @@ class Sampled:
     step_s: float
     system: System
     driven: Driven | None = None
+
+    @cached_property
+    def modes(self) -> Decoupled:
+        """Coordinates in which the modes do not move one another."""
+        return decoupled(self.system.A)
 
 
 @dataclass(frozen=True)
