@@ -9,10 +9,9 @@ from diagnosis_support import lumped, recorded
 from twin.diagnosis import pipeline
 from twin.diagnosis.beginning import added, moved_to, start_of
 from twin.diagnosis.candidates import Candidate, motions, priors_of, scales_of
-from twin.diagnosis.explanation import Explanation
+from twin.diagnosis.explanation import Explanation, says_less
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.prepare import prepare
-from twin.diagnosis.search import _says_less
 from twin.estimation.fit import fit
 from twin.mechanisms.coulomb_friction import CoulombFriction
 from twin.mechanisms.damping import Damping
@@ -42,9 +41,9 @@ def with_friction(h, width):
 def test_friction_as_wide_as_no_motion_is_fast_says_no_more_than_a_dashpot(blank, width, less):
     found, candidate = with_friction(blank, width)
     dashpot = Candidate((Damping("storey2", 1.0),), priors_of((Damping("storey2", 1.0),)))
-    assert _says_less(found, [candidate, dashpot]) is less
+    assert says_less(found, [candidate, dashpot]) is less
     elsewhere = Candidate((Damping("storey1", 1.0),), dashpot.priors)
-    assert not _says_less(found, [candidate, elsewhere]), "nothing else would say it"
+    assert not says_less(found, [candidate, elsewhere]), "nothing else would say it"
 
 
 def test_the_freed_calibration_begins_where_the_calibration_ended(blank, monkeypatch):

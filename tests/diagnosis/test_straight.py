@@ -4,11 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from beam_support import INPUTS, OUTPUTS, RATE, SAMPLES, answer, problem_of, random_force
 from diagnosis_support import lumped, rng
 from scipy.signal import cont2discrete, dlsim
 
-from twin.diagnosis.beginning import added, moved_to
-from twin.diagnosis.candidates import Candidate, priors_of
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.measured import Measured
 from twin.diagnosis.mending import read_as_lines
@@ -17,7 +16,6 @@ from twin.diagnosis.predict import nrmse, predictors
 from twin.diagnosis.prepare import prepare
 from twin.diagnosis.problem import LINEAR_PHASE, Problem
 from twin.diagnosis.straight import (
-    FREQUENCIES,
     above,
     hold_error,
     noise_gain,
@@ -26,9 +24,8 @@ from twin.diagnosis.straight import (
 )
 from twin.diagnosis.trials import trial_of
 from twin.estimation.fit import fit
-from twin.estimation.likelihood import evaluate, passes
+from twin.estimation.likelihood import passes
 from twin.estimation.system import sampled
-from twin.instruments import Instrument as Sensor
 from twin.laboratory import Analyser, Experiment, RandomShaking, run
 from twin.mechanisms.appendage import Appendage
 from twin.mechanisms.bumper import Bumper
@@ -39,36 +36,6 @@ from twin.mechanisms.sensor_gain import SensorGain
 from twin.mechanisms.sensor_resonance import SensorResonance
 from twin.mechanisms.stiffness import Stiffness
 from twin.model import Twin
-
-RATE, SAMPLES = 256.0, 2048
-INPUTS, OUTPUTS = ("force_tip",), ("acc_mid.x", "acc_tip.x")
-
-
-def answer(model, u):
-    """Return the outputs for a periodic input, exactly, (samples, m)."""
-    w = 2j * np.pi * np.fft.rfftfreq(len(u), 1 / RATE)
-    spectrum = np.fft.rfft(u, axis=0)
-    out = []
-    for s, force in zip(w, spectrum, strict=True):
-        q = np.linalg.solve(s**2 * model.M + s * model.R + model.K, model.B @ force)
-        out.append((model.Cd + s * model.Cv + s**2 * model.Ca) @ q + model.Cu @ force)
-    return np.fft.irfft(np.array(out), len(u), axis=0)
-
-
-def random_force(highest, seed):
-    """A force between 8 Hz and a highest frequency, (samples, 1)."""
-    draw = rng(seed)
-    f = np.fft.rfftfreq(SAMPLES, 1 / RATE)
-    inside = (f > 8.0) & (f < highest)
-    return np.fft.irfft(inside * np.exp(2j * np.pi * draw.uniform(size=len(f))), SAMPLES)[:, None]
-
-
-def problem_of(u, y, noise, between=("band_limited",)):
-    model = Twin.load("cantilever").linear(INPUTS, OUTPUTS)
-    levels = noise * np.ones(len(OUTPUTS))
-    measured = Measured("a", u, y, np.array([1e-9]), levels)
-    scale = np.full((1, len(model.coordinates)), 1e-6)
-    return Problem(model, (measured,), RATE, 0.01, 0.3, between, scale)
 
 
 @pytest.mark.parametrize("off", [0.0, 0.02])
@@ -104,65 +71,6 @@ def test_a_dashpot_that_couples_modes_above_the_band_with_those_in_it_is_predict
     (run,) = passes(hypothesis, quiet)
     late = slice(SAMPLES // 2, SAMPLES - 20)
     assert np.max(np.std(run.e[late], axis=0) / np.std(y, axis=0)) < 2e-3
-
-
-def test_what_lines_miss_is_that_of_the_structure_at_the_values_that_are_asked_for():
-    u = random_force(50.0, 1)
-    start = Damping("hinge3", 0.02)
-    blank = Hypothesis(problem_of(u, np.ones((SAMPLES, 2)), 1e-3))
-    h = added(blank, Candidate((start,), priors_of((start,))), start)
-    z = moved_to(h, blank, np.zeros(len(blank.unknowns)), start)
-    z[0] = 3.0
-    (trial,) = h.assemble(z).trials
-    structure = start.edit(h.problem.base(z[: len(h.problem.base_unknowns)]))
-    wanted = hold_error(structure, 1 / RATE).of(u)
-    assert trial.missed == pytest.approx(wanted, abs=1e-9 * np.max(np.abs(wanted)))
-    nominal = hold_error(h.problem.model, 1 / RATE).of(u)
-    assert np.max(np.abs(wanted - nominal)) > 0.01 * np.max(np.abs(wanted))
-
-
-def test_between_its_frequencies_what_lines_miss_is_smooth():
-    u = random_force(120.0, 1)
-    model = Twin.load("cantilever").linear(INPUTS, OUTPUTS)
-    coarse = hold_error(model, 1 / RATE)
-    exact = hold_error(model, 1 / RATE, 4 * (FREQUENCIES - 1) + 1)
-    change = (coarse.of(u) - exact.of(u))[64:-64]
-    y = answer(model, u)
-    assert np.max(np.std(change, axis=0) / np.std(y, axis=0)) < 1e-5
-
-
-def test_the_gradient_knows_that_what_lines_miss_changes_with_the_structure():
-    u = random_force(70.0, 1)
-    y = answer(Damping("hinge3", 0.02).edit(Twin.load("cantilever").linear(INPUTS, OUTPUTS)), u)
-    start = Damping("hinge3", 0.01)
-    blank = Hypothesis(problem_of(u, y, 1e-3 * float(np.std(y))))
-    h = added(blank, Candidate((start,), priors_of((start,))), start)
-    z = moved_to(h, blank, np.zeros(len(blank.unknowns)), start)
-    gradient, step = evaluate(h, z).gradient, 1e-4
-    for i in (0, len(blank.problem.base_unknowns)):
-        low, high = (evaluate(h, z + s * step * (np.arange(len(z)) == i), False).log_likelihood
-                     for s in (-1, 1))  # fmt: skip
-        assert gradient[i] == pytest.approx((high - low) / (2 * step), rel=2e-3), h.unknowns[i].name
-
-
-@pytest.mark.parametrize("share", [0.25, 1.5])
-def test_a_dashpot_is_found_as_strong_as_it_is_though_modes_above_the_band_feel_it(share):
-    dashpot = Damping("hinge3", 0.01)
-    shaking = Experiment(
-        RandomShaking(0.03, (0.5, 70.0)),
-        ("force_mid", "force_tip"),
-        Analyser(192.0, 6.0, physics_hz=32 * 192.0),
-        instruments=dict.fromkeys(("acc", "force"), Sensor(noise_fraction=0.005)),
-    )
-    true = Twin.load("cantilever").including(dashpot)
-    train, test = run(shaking, true, 1), run(shaking, true, 2)
-    problem = prepare(Twin.load("cantilever"), [train], [test], None, 0.1, None).train
-    start = dashpot.with_values({"change": share * dashpot.change})
-    blank = Hypothesis(problem)
-    h = added(blank, Candidate((start,), priors_of((dashpot,))), start)
-    found = fit(h, moved_to(h, blank, np.zeros(len(blank.unknowns)), start))
-    assert found.code == "converged"
-    assert h.at(found.z)[0].change == pytest.approx(dashpot.change, rel=0.02)
 
 
 @pytest.mark.parametrize(

@@ -10,12 +10,14 @@ from numpy.typing import NDArray
 
 from twin.diagnosis.beginning import as_sharp, attempted, likeliest
 from twin.diagnosis.between import again
+from twin.diagnosis.candidates import Candidate, motions
 from twin.diagnosis.drawing import odds_of
-from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.hypothesis import DISCREPANCY_SHARE, Hypothesis
+from twin.diagnosis.missing_force import nonlinear_share
 from twin.diagnosis.portion import ROUGH, SURE, on_a_part
 from twin.diagnosis.problem import LINEAR_PHASE
 from twin.estimation.fit import Fit, fit
-from twin.mechanisms.mechanism import Disturbance, Law, Mechanism
+from twin.mechanisms.mechanism import Disturbance, Law, Mechanism, StructuralChange
 
 Array = NDArray[np.float64]
 
@@ -134,3 +136,19 @@ def from_prior_noise(best: Explanation) -> Explanation:
         return best
     gained = odds_of(h, found) - odds_of(h, best.fit)
     return replace(best, fit=found, log_odds=best.log_odds + gained) if gained > 0 else best
+
+
+def says_less(explanation: Explanation, candidates: Sequence[Candidate]) -> bool:
+    """Return whether a law was added that does only what a change of the structure there does.
+
+    In the motion there was its force is k d + c v but for a share to which no law's form is known:
+    a spring that did not yield, friction that is wider than the motion is fast.
+    """
+    h, z = explanation.hypothesis, explanation.fit.z
+    law = h.at(z)[-1]
+    if not isinstance(law, Law):
+        return False
+    changes = any(isinstance(c.starts[0], StructuralChange) and c.label[1] == law.place
+                  for c in candidates)  # fmt: skip
+    moved = motions(h.problem, h, z) if changes else ()
+    return changes and nonlinear_share(law, h.problem, moved) < DISCREPANCY_SHARE

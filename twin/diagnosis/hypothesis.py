@@ -18,14 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis.blurring import CUT_OFF, smear
-from twin.diagnosis.mending import mended, read_as_lines
+from twin.diagnosis.mending import as_read
 from twin.diagnosis.parts import parts_of, yielding
 from twin.diagnosis.plant import structure_of
 from twin.diagnosis.plants import TINY, Plants, in_each, plants_at, start_covariance
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.scales import Scales
 from twin.diagnosis.straight import ringing
-from twin.diagnosis.trials import hold_errors
 from twin.estimation.laws import MOST_NUMBERS
 from twin.estimation.model import Assembly, Trial, Unknown
 from twin.estimation.ringing import Ringing
@@ -242,17 +241,14 @@ class Hypothesis:
         faults = [m for m in mechanisms if isinstance(m, ChannelFault)]
         if not (faults or self.problem.calmed):
             return self.problem.trials
-        key = tuple(np.asarray(z)[self._of_the_samples].tolist())
+        key = self._key(z, "system", "samples")
         if key not in self._seen:
-            wrong = [m for m in faults if m.in_samples]
-            trials = mended(self.problem, wrong) if wrong else self.problem.trials
-            missing = None
+            base, structure = z[: len(self.problem.base_unknowns)], None
             if self.problem.calmed:
-                base = self.problem.base(z[: len(self.problem.base_unknowns)])
-                missing = hold_errors(self.problem, structure_of(base, mechanisms))
+                structure = structure_of(self.problem.base(base), mechanisms)
             if len(self._seen) >= KEPT:
                 self._seen.clear()
-            self._seen[key] = read_as_lines(self.problem, trials, faults, missing)
+            self._seen[key] = as_read(self.problem, faults, structure)
         return self._seen[key]
 
     @cached_property
@@ -269,13 +265,9 @@ class Hypothesis:
     def _seen(self) -> dict[tuple[float, ...], tuple[Trial, ...]]:
         return {}
 
-    @cached_property
-    def _of_the_system(self) -> NDArray[np.intp]:
-        return np.flatnonzero([u.role == "system" for u in self.unknowns])
-
-    @cached_property
-    def _of_the_samples(self) -> NDArray[np.intp]:
-        return np.flatnonzero([u.role in ("system", "samples") for u in self.unknowns])
+    def _key(self, z: Array, *roles: str) -> tuple[float, ...]:
+        """Return the values of the unknowns that have one of these roles."""
+        return tuple(float(x) for x, u in zip(z, self.unknowns, strict=True) if u.role in roles)
 
     def _plants(
         self, z: Array, mechanisms: Sequence[Mechanism], latent: Sequence[float]
@@ -284,7 +276,7 @@ class Hypothesis:
 
         Steps in noise levels and in laws' numbers ask for the same ones again.
         """
-        key = tuple(np.asarray(z)[self._of_the_system].tolist())
+        key = self._key(z, "system")
         if key in self._kept:
             return self._kept[key]
         levels = list(zip(self.doubted, latent[::2], latent[1::2], strict=True))

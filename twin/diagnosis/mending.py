@@ -16,9 +16,10 @@ from twin.arrays import filled
 from twin.diagnosis.measured import Load
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.straight import HoldError, read_error
-from twin.diagnosis.trials import trial_of
+from twin.diagnosis.trials import hold_errors, trial_of
 from twin.estimation.model import Trial
 from twin.mechanisms.mechanism import ChannelFault
+from twin.model.linear import LinearModel
 
 Array = NDArray[np.float64]
 
@@ -47,6 +48,22 @@ def mended(problem: Problem, faults: Sequence[ChannelFault]) -> tuple[Trial, ...
         u, y = table[:, :split], np.where(hidden, np.nan, table[:, split:])
         out.append(trial_of(problem, recording, u, y))
     return tuple(out)
+
+
+def as_read(
+    problem: Problem, faults: Sequence[ChannelFault], structure: LinearModel | None = None
+) -> tuple[Trial, ...]:
+    """Return the recordings, what is at fault in their samples taken back, as they are read.
+
+    Args:
+        problem: whose recordings they are.
+        faults: of channels.
+        structure: of which straight lines miss something; the nominal twin without.
+    """
+    wrong = [fault for fault in faults if fault.in_samples]
+    trials = mended(problem, wrong) if wrong else problem.trials
+    missing = None if structure is None else hold_errors(problem, structure)
+    return read_as_lines(problem, trials, faults, missing)
 
 
 def read_as_lines(

@@ -22,9 +22,8 @@ from twin.diagnosis.between import again
 from twin.diagnosis.candidates import Candidate, motions, scales_of
 from twin.diagnosis.drawing import at_its_tolerance, far_off, odds_of
 from twin.diagnosis.dropping import on_part, settled_against, without_needless
-from twin.diagnosis.explanation import Explanation, explained, from_prior_noise
-from twin.diagnosis.hypothesis import DISCREPANCY_SHARE, Hypothesis
-from twin.diagnosis.missing_force import nonlinear_share
+from twin.diagnosis.explanation import Explanation, explained, from_prior_noise, says_less
+from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.motion import Motion
 from twin.diagnosis.moving import Rival, elsewhere, in_their_place, rivals_of
 from twin.diagnosis.non_parametric import doubtful, in_place_of
@@ -38,7 +37,7 @@ from twin.diagnosis.valleys import ALIKE, WIDTH, Score, first_of_each
 from twin.estimation.fit import fit
 from twin.estimation.likelihood import evaluate
 from twin.estimation.passing import Run
-from twin.mechanisms.mechanism import ChannelFault, Disturbance, Law, StructuralChange
+from twin.mechanisms.mechanism import ChannelFault, Disturbance
 
 Array = NDArray[np.float64]
 
@@ -114,7 +113,7 @@ def search(
         begun = drawn + [_grown(here, best, scores) for scores in moves]
         fits = _fitted(here, best, begun, cost, lambda what, step=step: tell(  # type: ignore[misc]
             f"search step {step}: {what}"))  # fmt: skip
-        fits = [e for e in fits if not _says_less(e, candidates)]
+        fits = [e for e in fits if not says_less(e, candidates)]
         fits += off_alone(here, best, candidates, cost)
         fits.sort(key=lambda e: -e.log_odds)
         for explanation in fits:
@@ -169,22 +168,6 @@ def _included(candidate: Candidate, h: Hypothesis) -> bool:
     """Return whether a candidate is there already, or only another form of what is there."""
     there = {(m.name, m.place) for m in h.mechanisms}
     return candidate.label in there or any(law.includes(candidate.starts[0]) for law in h.laws)
-
-
-def _says_less(explanation: Explanation, candidates: Sequence[Candidate]) -> bool:
-    """Return whether a law was added that does only what a change of the structure there does.
-
-    In the motion there was its force is k d + c v but for a share to which no law's form is known:
-    a spring that did not yield, friction that is wider than the motion is fast.
-    """
-    h, z = explanation.hypothesis, explanation.fit.z
-    law = h.at(z)[-1]
-    if not isinstance(law, Law):
-        return False
-    changes = any(isinstance(c.starts[0], StructuralChange) and c.label[1] == law.place
-                  for c in candidates)  # fmt: skip
-    moved = motions(h.problem, h, z) if changes else ()
-    return changes and nonlinear_share(law, h.problem, moved) < DISCREPANCY_SHARE
 
 
 def _keep(tried: Tried, explanation: Explanation) -> None:

@@ -31,8 +31,7 @@ from twin.estimation.system import Sampled, System, deviating
 Array = NDArray[np.float64]
 
 BESIDE_NOISE = 1e-3
-"""Share of an output's innovation variance below which another variance changes nothing: 0.05 % of
-its weight."""
+"""Share of an innovation's variance that changes nothing beside it: 0.05 % of its weight."""
 
 
 @dataclass(frozen=True)
@@ -174,17 +173,15 @@ def _stepped(
     u, between, ramps = trial.u, trial.between, (~assembly.held).astype(float)
     if d.missed.size:
         # what lines miss is in the outputs already; its derivatives come as inputs that they read
-        n, w, r = len(x0), plant.W.shape[1], u.shape[1]
-        first, second, none = n + w + r, n + w + 2 * r, np.zeros((samples, m))
-        step = np.insert(step, np.repeat([first, second], m), 0.0, axis=1)
-        dstep = np.insert(dstep, np.repeat([first, second], m), 0.0, axis=1)
-        read = np.hstack([read[:, : n + r], np.eye(m), read[:, n + r :]])
-        dread = np.insert(dread, np.repeat(n + r, m), 0.0, axis=1)
-        u, between, ramps = np.hstack([u, none]), np.hstack([between, none]), np.pad(ramps, (0, m))
+        n, r = len(x0), u.shape[1]
+        at, seen = plant.W.shape[1] + np.repeat([n + r, n + 2 * r], m), np.repeat(n + r, m)
+        step, dstep = np.insert(step, at, 0.0, axis=1), np.insert(dstep, at, 0.0, axis=1)
+        read, dread = np.insert(read, seen, np.eye(m), axis=1), np.insert(dread, seen, 0.0, axis=1)
+        u, between, ramps = (np.pad(a, ((0, 0), (0, m))) for a in (u, between, ramps[None]))
     predict(
         addresses(assembly.laws), step, c(read), np.vstack([plant.system.drift, plant.system.rate]),
         numbers_of(assembly), gain, trust, c(u), c(between), c(d.missed), c(trial.y), x0, z0,
-        begin_s, plant.steps, trial.step_s, ramps, c(assembly.scales), dstep, dread, d.gain,
+        begin_s, plant.steps, trial.step_s, ramps.ravel(), c(assembly.scales), dstep, dread, d.gain,
         d.numbers, dx0, d.order, e, de, x, z, f,
     )  # fmt: skip
     return e, de, x, z, f
