@@ -13,6 +13,7 @@ from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.linearised import Linearised
 from twin.diagnosis.pipeline import diagnose
 from twin.diagnosis.prepare import prepare
+from twin.diagnosis.score_test import ScoreTest
 from twin.diagnosis.screening import directions_of, nearest, screen
 from twin.diagnosis.valleys import of_valleys
 from twin.estimation.fit import fit
@@ -99,6 +100,36 @@ def test_a_clock_that_is_off_by_many_samples_is_found_though_no_straight_line_te
     (only,) = found.findings
     assert (only.mechanism.name, only.location) == ("clock", "acc_floor2")
     assert only.mechanism.rate == pytest.approx(3e-3, rel=1e-3)
+
+
+def test_a_delay_to_which_the_twin_has_adjusted_itself_is_followed_though_its_slope_is_flat(
+    monkeypatch,
+):
+    late = SensorDelay("acc_floor1", 5.4e-3)
+
+    def heard(seed):
+        x = recorded(lumped(), seed)
+        columns = late.distort({n: x.column(n) for n in x.names}, x.sampling_hz)
+        return Recording.build(x.sampling_hz, columns, x.source)
+
+    h = Hypothesis(prepare(lumped(), [heard(1)], [heard(2)], None, 0.1, None).train)
+    found = fit(h, start_of(h))
+    moved = motions(h.problem, h, found.z)
+    h = replace(h, scales=scales_of(h.problem, moved))
+    candidates = []
+    for kind, place in ((SensorDelay, "acc_floor1"), (Stiffness, "storey1")):
+        starts = kind.starts(place, surroundings(h.problem, moved, place))
+        candidates.append(Candidate(starts, priors_of(starts)))
+
+    def flat(self, pairs):
+        return [(0.0, 0.0, np.zeros(len(self.names)))] * len(pairs)
+
+    monkeypatch.setattr(ScoreTest, "along", flat)
+    first, second = screen(found, h, candidates, moved)
+    assert first.candidate.label == ("sensor_delay", "acc_floor1")
+    assert second.gain > np.log(len(candidates)), "something is unexplained"
+    assert first.gain > second.gain + 100
+    assert first.start.delay == pytest.approx(late.delay, rel=0.3)
 
 
 def test_hum_on_all_channels_is_hum_on_all_channels():

@@ -67,7 +67,7 @@ def screen(
             scores.append(freed)
         else:
             directions += [(candidate, *alike) for alike in directions_of(candidate.starts)]
-    promising = dict[tuple[str, str], list[Mechanism]]()
+    promising, flat = (dict[tuple[str, str], list[Mechanism]]() for _ in range(2))
     told = test.along([(candidate, first) for candidate, first, _ in directions])
     for (candidate, first, alike), found in zip(directions, told, strict=True):
         if found is None:
@@ -78,15 +78,20 @@ def screen(
                        for start, ratio in alike]  # fmt: skip
         elif gain > least:
             promising.setdefault(candidate.label, []).extend(nearest(alike, strength))
+        else:
+            flat.setdefault(candidate.label, []).extend(start for start, _ in alike)
     for candidate in candidates:
         if candidate.label in promising:
             valleys.append(replace(candidate, starts=tuple(promising[candidate.label])))
     if not hypothesis.laws:  # with laws they would be followed beside laws that are held
         valleys += _followed(scores, least)
     if valleys or any(score.gain > least for score in scores):
-        # no small change tells of a resonance that comes from where there is none; but where it
-        # matters, something nearer does not fit either
+        # no small change tells of a resonance that comes from where there is none, nor of a delay
+        # to which the twin has adjusted itself; but where it matters, something nearer does not
+        # fit either
         valleys += shifting
+        hidden = [c for c in candidates if c.label in flat and c.label not in promising]
+        valleys += [replace(c, starts=tuple(flat[c.label])) for c in hidden]
     scores += of_valleys(fit, test.linear, valleys)
     best = {c.label: Score(c, c.starts[0], 0.0) for c in candidates}
     for score in scores:
