@@ -92,10 +92,13 @@ def as_drawn(
 
 def _weakest(starts: Sequence[Mechanism]) -> list[Law]:
     """Return first guesses of laws of which none is another one, only stronger: the weakest."""
-    laws = [start for start in starts if isinstance(start, Law)]
-    kinds = [{ratio > 0: (ratio, law) for law, ratio in sorted(alike, key=lambda k: -abs(k[1]))}
-             for _, alike in directions_of(laws)]  # fmt: skip
-    return [law for kind in kinds for _, law in kind.values() if isinstance(law, Law)]
+    out = []
+    for _, alike in directions_of(starts):
+        for sign in (1, -1):
+            along = [(abs(ratio), law) for law, ratio in alike if sign * ratio > 0]
+            _, weakest = min(along, key=lambda one: one[0], default=(0.0, None))
+            out += [weakest] if isinstance(weakest, Law) else []
+    return out
 
 
 def _left(hypothesis: Hypothesis, z: Array) -> Array:

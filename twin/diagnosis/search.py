@@ -235,12 +235,13 @@ def _fitted(
 
     A part of the samples says which ones need not be tried, and where the others may begin.
     """
-    compared = {index: (one.hypothesis, one.z) for index, one in enumerate(begun)}
+    compared = {index: one.z for index, one in enumerate(begun)}
     if on_a_part(here) is not None:
         tell(f"comparing {len(begun)} candidates")
         compared = _compared(begun)
     fits: list[Explanation] = []
-    for number, (index, (h, z)) in enumerate(compared.items()):
+    for number, (index, z) in enumerate(compared.items()):
+        h = begun[index].hypothesis
         new = h.mechanisms[len(here.mechanisms) :]
         place = f"{len(new)} channels" if len(new) > 1 else new[0].place
         tell(f"fitting {new[0].name} at {place} ({number + 1} of {len(compared)})")
@@ -251,26 +252,26 @@ def _fitted(
     return sorted(fits, key=lambda e: -e.log_odds)
 
 
-def _compared(begun: Sequence[Begun]) -> dict[int, tuple[Hypothesis, Array]]:
-    """Return which hypotheses to fit, and where a part of the samples led: index -> (it, values).
+def _compared(begun: Sequence[Begun]) -> dict[int, Array]:
+    """Return which hypotheses to fit, and where a part of the samples led: index -> values, (p,).
 
     The likeliest first, and not those that are behind another one both there and in the screening
     of all samples.
     """
-    found: dict[int, tuple[float, Hypothesis, Array]] = {}
+    found: dict[int, tuple[float, Array]] = {}
     for index, one in enumerate(begun):
         h, z = one.hypothesis, one.z
         ahead = max((found[i][0] for i in found if begun[i].gain >= one.gain), default=-np.inf)
         starts = [z, from_nominal(h, z)] if far_off(h.problem, z) else [z]
-        told = [(-np.inf, h, z)]
+        told = [(-np.inf, z)]
         for at in starts:
             part = attempted(beginning_of(h), at, hopeless=ahead - SURE, enough=ROUGH)
             if part is not None:
-                told.append((part.log_evidence, h, part.z))
+                told.append((part.log_evidence, part.z))
         found[index] = max(told, key=lambda one: one[0])
     return {
-        index: (h, z)
-        for index, (value, h, z) in sorted(found.items(), key=lambda item: -item[1][0])
+        index: z
+        for index, (value, z) in sorted(found.items(), key=lambda item: -item[1][0])
         if value >= max(found[i][0] for i in found if begun[i].gain >= begun[index].gain) - SURE
     }
 
