@@ -26,6 +26,7 @@ from twin.mechanisms.damping import Damping
 from twin.mechanisms.sensor_delay import SensorDelay
 from twin.mechanisms.sensor_gain import SensorGain
 from twin.mechanisms.sensor_highpass import SensorHighpass
+from twin.mechanisms.sensor_resonance import SensorResonance
 from twin.mechanisms.stiffness import Stiffness
 from twin.recording import Recording
 
@@ -48,6 +49,11 @@ def test_guesses_of_another_frequency_are_another_direction():
     for first, alike in directions:
         for start, ratio in alike:
             assert first.scaled(ratio).values == pytest.approx(start.values)
+
+
+def test_mountings_of_other_frequencies_are_no_stronger_or_weaker_ones():
+    mountings = [SensorResonance("acc", f) for f in np.array([6.25, 8.77, 25.0])]
+    assert [len(alike) for _, alike in directions_of(mountings)] == [1, 1, 1]
 
 
 def test_of_guesses_that_are_only_stronger_the_one_that_is_told_is_followed():

@@ -221,9 +221,10 @@ def _stronger(first: Mechanism, other: Mechanism) -> float | None:
     if not first.parameters or first.with_values(other.values) != other:
         return None  # nothing to be stronger, or one of another form
     name = next(iter(first.parameters))
-    a, b, twice = first.values[name], other.values[name], first.scaled(2.0).values[name]
+    a, b = first.values[name], other.values[name]
+    twice, thrice = (first.scaled(strength).values[name] for strength in (2.0, 3.0))
     ratios = []
-    if np.isfinite(twice) and twice != a:
+    if np.isfinite(twice) and twice != a and np.isclose(thrice - twice, twice - a, rtol=1e-9):
         ratios.append(1 + (b - a) / (twice - a))
     if a > 0 and b > 0 and a != 1:
         ratios.append(np.log(b) / np.log(a))
