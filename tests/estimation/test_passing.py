@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 from estimation_support import CUBIC, FRICTION, TwoMasses, shaken
+from scipy.stats import norm
 
-from twin.estimation.averages import averages_at, unknown_forces
+from twin.estimation.averages import averages_at
 from twin.estimation.kalman import gains, start_covariances
 from twin.estimation.passing import run
 from twin.estimation.sensitivities import plants_of
+from twin.estimation.unknown_forces import _variance, unknown_forces
 
 PORTS = ((1.0, 0.0),)
 
@@ -35,13 +37,52 @@ def test_covariances_lead_from_the_first_to_the_stationary_one():
         assert rest == pytest.approx(noise, rel=1e-6, abs=1e-9 * np.max(np.abs(noise)))
 
 
-def test_a_force_is_unknown_at_first_and_known_once_the_state_is():
+def spread(here, result, gain):
+    row = result.sampled.system.rate[0]
+    return np.sqrt(row @ gain.predicted @ row), np.sqrt(row @ here.noises[0].start @ row)
+
+
+def test_a_force_is_unknown_at_first_and_known_where_the_rate_keeps_its_sign():
     here, result, equivalent, gain = passed(FRICTION)
     still = np.zeros((1, result.x.shape[1]))
     unknown = unknown_forces(here, result, here.noises[0], equivalent, still)[:, 0]
     force, width = here.numbers[0, :2]
-    row = result.sampled.system.rate[0]
-    spread = np.sqrt(row @ (here.noises[0].start - gain.predicted) @ row)
-    assert unknown[0] == pytest.approx(force * np.tanh(spread / width), rel=1e-9)
-    assert np.all(unknown[260:] == 0.0)
-    assert np.mean(unknown[100:200]) < 0.1 * unknown[0]
+    settled, first = spread(here, result, gain)
+    assert first > 100 * settled
+    assert unknown[0] == pytest.approx(force, rel=0.01)  # of either sign, each as likely
+    rate = np.abs(result.x @ result.sampled.system.rate[0])
+    fast = rate[260:] > 4 * (settled + width)
+    assert np.max(unknown[260:][fast]) < 0.01 * force
+
+
+def test_what_is_uncertain_of_a_jump_is_its_binomial_variance():
+    def jump(d, v):
+        return 3.0 * np.sign(v)
+
+    zeros = np.zeros(5)
+    motion, wide = np.stack([zeros, np.arange(5.0)]), np.stack([zeros, zeros + 2.0])
+    found = _variance(jump, motion, wide, zeros + 1e9, (0.0, 0.0))
+    below = norm.cdf(-motion[1] / 2.0)
+    assert found == pytest.approx(4 * 9.0 * below * (1 - below), abs=0.08 * 9.0)
+    assert found[0] == pytest.approx(9.0)
+
+
+def test_of_a_linear_force_the_variance_is_that_of_the_motion():
+    def linear(d, v):
+        return 2.0 * d + 0.5 * v
+
+    motion, wide = np.ones((2, 3)), np.stack([np.full(3, 0.1), np.full(3, 0.2)])
+    found = _variance(linear, motion, wide, np.ones(3), (-1.0, -0.5))
+    inside = norm.expect(lambda x: x**2, lb=-3, ub=3, conditional=True)
+    assert found == pytest.approx(inside * (2.0 * 0.1 + 0.5 * 0.2) ** 2, rel=0.02)
+
+
+def test_what_holds_leaves_nothing_of_an_uncertain_rate():
+    def held(d, v):
+        return np.tanh(v / 1e-6)
+
+    motion, wide = np.zeros((2, 1)), np.stack([np.zeros(1), np.full(1, 1e-3)])
+    free = _variance(held, motion, wide, np.zeros(1), (-1e-9, 0.0))
+    braked = _variance(held, motion, wide, np.zeros(1), (-1.0, 0.0))
+    assert free == pytest.approx(1.0, rel=0.2)
+    assert braked < 1e-6 * free

@@ -12,9 +12,9 @@ from twin.diagnosis.candidates import Candidate
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.known import RESOLVED
 from twin.estimation.fit import ENOUGH, MOST_STEPS, Fit, fit
+from twin.estimation.law_averages import LawAverages
 from twin.estimation.likelihood import evaluate
 from twin.estimation.model import Model
-from twin.estimation.passing import LawAverages
 from twin.mechanisms.mechanism import Mechanism
 
 Array = NDArray[np.float64]

@@ -45,7 +45,8 @@ class Explanation:
 def explained(h: Hypothesis, z: Array, cost: float, top: Explanation) -> Explanation | None:
     """Return a set of mechanisms fitted from z, (p,), with what the inputs do between samples.
 
-    A twin that lacks it may have taken them for something else.
+    A twin that lacks it may have taken them for something else. Where it is ahead or behind by more
+    than settles anything, the fit ends as far from its own end (``converged``).
 
     Args:
         h: the set.
@@ -60,12 +61,23 @@ def explained(h: Hypothesis, z: Array, cost: float, top: Explanation) -> Explana
     options = [seen for form in in_every_form(h) for seen in seen_otherwise(form)]
     for option, begun in within_reach(options, z):
         try:
-            other, found = again(option, fit(option, begun, hopeless=least), steps=0)
+            rough = fit(option, begun, hopeless=least, enough=SURE)
+            other, found = again(option, rough, steps=0)
+            if abs(found.log_evidence - least) < SURE:
+                found = fit(other, found.z, near=found.averages)
         except (ValueError, np.linalg.LinAlgError):
             continue
         if np.isfinite(found.log_evidence):
             fits.append(Explanation(other, found, odds_of(other, found) - spent))
     return max(fits, key=lambda e: e.log_odds, default=None)
+
+
+def converged(explanation: Explanation) -> Explanation:
+    """Return an explanation with its fit at its end."""
+    h, found = explanation.hypothesis, explanation.fit
+    last = fit(h, found.z, near=found.averages)
+    gained = odds_of(h, last) - odds_of(h, found)
+    return replace(explanation, fit=last, log_odds=explanation.log_odds + gained)
 
 
 def in_every_form(h: Hypothesis) -> list[Hypothesis]:

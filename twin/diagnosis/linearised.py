@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.straight import prefiltered
+from twin.estimation.law_averages import LawAverages
 from twin.estimation.model import Assembly, Trial, Unknown
-from twin.estimation.passing import LawAverages, Run
+from twin.estimation.passing import Run
 from twin.estimation.system import System
 from twin.mechanisms.mechanism import Law, Mechanism
 
@@ -117,11 +118,19 @@ class Linearised:
             ringing=None,
             held=np.concatenate([here.held, np.zeros(laws, bool)]),
             trials=self._trials(here.trials),
+            noises=tuple(
+                replace(noise, start=0 * noise.start) if self._begins(a) else noise
+                for noise, a in zip(here.noises, self.averages, strict=True)
+            ),
             blurs=tuple(
                 None if a.blur is None else a.blur[: len(t.y)]
                 for a, t in zip(self.averages, here.trials, strict=True)
             ),
         )
+
+    def _begins(self, averages: LawAverages) -> bool:
+        """Return whether laws followed the motion from a start that is known."""
+        return averages.start is not None and not self.filtered
 
     def _trials(self, trials: Sequence[Trial]) -> tuple[Trial, ...]:
         out = []

@@ -19,8 +19,9 @@ from twin.diagnosis.problem import Problem
 from twin.diagnosis.straight import prefiltered
 from twin.estimation.averages import averages_at
 from twin.estimation.kalman import Gains, gains
+from twin.estimation.law_averages import LawAverages
 from twin.estimation.model import Assembly, Trial
-from twin.estimation.passing import LawAverages, Run, open_loop, run
+from twin.estimation.passing import Run, open_loop, run
 from twin.estimation.sensitivities import plants_of
 from twin.estimation.start import estimated_start, root_of
 from twin.estimation.system import Noise, Sampled
@@ -80,7 +81,7 @@ class Predictor:
     @cached_property
     def start(self) -> Array:
         """The estimated state before the first sample, (n,)."""
-        return estimated_start(self.here, self.trial, self.plant, self.noise, self.averages)
+        return estimated_start(self.here, self.trial, self.plant, self.noise, self.averages)[0]
 
     def free(self, u: Array | None = None) -> Array:
         """Return the free run, with other inputs where given, (samples, m)."""
@@ -151,8 +152,8 @@ def predictors(hypothesis: Hypothesis, z: Array) -> list[Predictor]:
         plant, noise = plants[here.which[t]], here.noises[t]
         everything = (*hypothesis.at(z), *hypothesis.problem.known_at(z))
         averages = averages_at(hypothesis, here, plants, t)
-        gain = gains(averages.filtering(plant), noise, equivalent=averages.equivalent,
-                     missing=trial.missing)  # fmt: skip
+        gain = gains(averages.filtering(plant), averages.beginning(noise, plant),
+                     equivalent=averages.equivalent, missing=trial.missing)  # fmt: skip
         out.append(Predictor(everything, names, here, trial, plant, noise, gain, averages,
                              hypothesis.problem))  # fmt: skip
     return out

@@ -22,7 +22,13 @@ from twin.diagnosis.between import again
 from twin.diagnosis.candidates import Candidate, motions, scales_of
 from twin.diagnosis.drawing import at_its_tolerance, far_off, odds_of
 from twin.diagnosis.dropping import on_part, settled_against, without_needless
-from twin.diagnosis.explanation import Explanation, explained, from_prior_noise, says_less
+from twin.diagnosis.explanation import (
+    Explanation,
+    converged,
+    explained,
+    from_prior_noise,
+    says_less,
+)
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.motion import Motion
 from twin.diagnosis.moving import Rival, elsewhere, in_their_place, rivals_of
@@ -128,7 +134,8 @@ def search(
             fits += there
             best = max([best, *there], key=lambda e: e.log_odds)
             rivals += rivals_of(best, fits)
-            best = without_needless(best, cost, tried)
+            if len(best.labels) > 1:
+                best = without_needless(converged(best), cost, tried)
             hypothesis, found = at_its_tolerance(*again(best.hypothesis, best.fit))
             gained = odds_of(hypothesis, found) - odds_of(best.hypothesis, best.fit)
             turned = hypothesis.problem.between != best.hypothesis.problem.between
@@ -152,6 +159,7 @@ def search(
     if unnamed is not None and unnamed.log_odds > best.log_odds:
         best = unnamed
         moved = motions(problem, best.hypothesis, best.fit.z)
+    best = converged(best)
     if rivals and len(best.labels) > 1:
         tell("fitting what was nearly as likely")
     for explanation in in_their_place(best, rivals, cost):

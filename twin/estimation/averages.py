@@ -1,9 +1,9 @@
-"""What laws do on the average of a recording's motion, and where their simulation begins.
+"""What laws do on the average of a recording's motion, and where they begin.
 
 Where a law jumps an output is more uncertain than its noise, by variances that the forces
-themselves tell (``Model.blur``); the forces are those of a pass without them. Where a recording
-begins the state is hardly known, and so are they: by half their difference between both ends of
-what it may be.
+themselves tell (``Model.blur``), and by those of a state that is estimated. The state that laws
+with corners begin with is integrated out by Laplace's method, for they are not linear about its
+prior.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.estimation.density import density
-from twin.estimation.kalman import EquivalentLinear, gains, start_covariances
+from twin.estimation.kalman import EquivalentLinear, gains
+from twin.estimation.law_averages import LawAverages
 from twin.estimation.model import Assembly, Model, Trial
 from twin.estimation.passing import (
-    LawAverages,
     Run,
     Simulation,
     deviations,
@@ -29,6 +29,7 @@ from twin.estimation.passing import (
 from twin.estimation.sensitivities import no_slopes, numbers_of
 from twin.estimation.start import estimated_start
 from twin.estimation.system import Noise, Sampled, System, transition
+from twin.estimation.unknown_forces import unknown_forces
 
 Array = NDArray[np.float64]
 
@@ -55,8 +56,8 @@ def averages_at(
         here: the model at values of its unknowns.
         plants: its sampled systems.
         index: of the recording.
-        near: what they do at values nearby, whose simulations begin where these did; of a model
-            with other states or laws it tells nothing.
+        near: what they do at values nearby, which begin where these did; of a model with other
+            states or laws it tells nothing.
     """
     plant, trial = plants[here.which[index]], here.trials[index]
     if not here.laws:
@@ -72,10 +73,41 @@ def averages_at(
             if not value > last + SETTLED:
                 break
         return found
-    passed = run(here, trial, plant, gains(plant, here.noises[index], missing=trial.missing))
-    system = plant.system
+    near = near if near is not None and near.may_begin(plant.system) else None
+    return _following(model, here, index, plant, near)
+
+
+def _following(
+    model: Model, here: Assembly, index: int, plant: Sampled, near: LawAverages | None
+) -> LawAverages:
+    """Return averages of laws that follow the motion that is estimated.
+
+    Those with corners follow it from a start that is estimated with them: a filter that begins
+    anywhere takes friction for that of another motion.
+    """
+    trial, noise = here.trials[index], here.noises[index]
+    if near is None or near.equivalent is None:
+        passed = run(here, trial, plant, gains(plant, noise, missing=trial.missing))
+        found = _of_pass(model, here, trial, noise, passed)
+        if not model.blurred or found.equivalent is None:
+            return found
+        start, odds = estimated_start(here, trial, plant, noise, found)
+    else:
+        blur = None if near.blur is None else near.blur[: len(trial.y)]
+        found = replace(near, blur=blur)
+        start, odds = estimated_start(here, trial, plant, noise, found, 1, near.start)
+    found = replace(found, start=start, start_odds=odds)
+    noise = found.beginning(noise, plant)
+    gain = gains(plant, noise, equivalent=found.equivalent, missing=trial.missing)
+    again = _of_pass(model, here, trial, noise, run(here, trial, plant, gain, averages=found))
+    return found if again.equivalent is None else replace(again, start=start, start_odds=odds)
+
+
+def _of_pass(model: Model, here: Assembly, trial: Trial, noise: Noise, passed: Run) -> LawAverages:
+    """Return averages of laws that follow the motion that a pass estimated."""
     if not (np.all(np.isfinite(passed.f)) and np.all(np.isfinite(passed.x))):
         return LawAverages()  # laws that run away here: another step will not go there
+    plant, system = passed.sampled, passed.sampled.system
     blur = _both(model.blur(passed.f, system) if model.blurred else None, trial.blur)
     slopes = np.zeros((len(here.laws), 2))
     for j, row in enumerate(system.drift):
@@ -93,7 +125,7 @@ def averages_at(
         return LawAverages(None, blur)
     if model.blurred:
         with np.errstate(all="ignore"):  # where laws run away it has no density
-            unknown = unknown_forces(here, passed, here.noises[index], equivalent, tangent)
+            unknown = unknown_forces(here, passed, noise, equivalent, tangent)
             blur = _both(blur, unknown**2 @ (system.F**2).T)
     return LawAverages(equivalent, blur, slopes)
 
@@ -139,7 +171,7 @@ def _holding(
         return value if np.isfinite(value) else -np.inf
 
     before = replace(averages, slopes=near.slopes)
-    start = estimated_start(here, trial, plant, noise, before, 1, near.start)
+    start, _ = estimated_start(here, trial, plant, noise, before, 1, near.start)
     there = simulation(start)
     v = there.x @ plant.system.rate.T
     work = np.maximum(np.sum(there.f * v, axis=0), 0.0)
@@ -175,43 +207,3 @@ def _ringing(model: Model, here: Assembly, system: System, trial: Trial) -> Arra
     held = np.einsum("ln,nr->lr", system.rate, system.B)
     held /= np.einsum("ln,nl->l", system.rate, system.E)[:, None]
     return np.minimum(model.blur(trial.u @ held.T, system), size**2 @ (system.F**2).T)
-
-
-def unknown_forces(
-    here: Assembly, passed: Run, noise: Noise, equivalent: EquivalentLinear, tangent: Array
-) -> Array:
-    """Return how uncertain laws' forces are because the first state was, (samples, l).
-
-    What linear forces have of it is left out, for that is in the gains.
-
-    Args:
-        here: the laws.
-        passed: a pass over the recording.
-        noise: its levels.
-        equivalent: what they add to the linear system.
-        tangent: the same as forces of the state, (l, n).
-    """
-    out = np.zeros_like(passed.f)
-    plant = passed.sampled
-    try:
-        gain = gains(plant, noise, equivalent=equivalent)
-    except (ValueError, np.linalg.LinAlgError):
-        return out
-    more = start_covariances(plant, noise, gain, equivalent)[: len(out)] - gain.predicted
-    k = len(more)
-    time = np.arange(k) * here.trials[0].step_s
-
-    def deviation(row: Array) -> Array:
-        return np.asarray(np.sqrt(np.maximum(np.einsum("i,kij,j->k", row, more, row), 0.0)))
-
-    for j, law in enumerate(here.laws):
-        d, v = plant.system.drift[j], plant.system.rate[j]
-        x, numbers = passed.x[:k], here.numbers[j, : law.count]
-        below, above = (
-            law.force(x @ d + s * deviation(d), x @ v + s * deviation(v), passed.z[:k, j], time,
-                      *numbers)
-            for s in (-1.0, 1.0)
-        )  # fmt: skip
-        half = np.abs(np.broadcast_to(above - below, k)) / 2
-        out[:k, j] = np.maximum(half - deviation(tangent[j]), 0.0)
-    return out

@@ -15,9 +15,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.estimation.law_averages import LawAverages
 from twin.estimation.likelihood import Value, evaluate
 from twin.estimation.model import Model
-from twin.estimation.passing import LawAverages
 
 Array = NDArray[np.float64]
 Likelihood = Callable[..., Value]
@@ -34,6 +34,10 @@ tenths of a nat."""
 LONGEST = 3.0
 """Farthest step of a positive unknown's logarithm (a factor of twenty), and of others in prior
 deviations: what lies beyond, the slopes here know nothing of."""
+
+FASTEST = 1.0
+"""Most that the logarithm of a level falls by in a step: Gauss and Newton promise a change of -0.43
+for it, and no less than -1/2 for none at all, but for levels that do the same together any."""
 
 FARTHEST = 8.0
 """Prior deviations beyond which a fit that has not converged ran away: by chance, one in 10^15."""
@@ -207,7 +211,7 @@ def _within_reach(model: Model, delta: Array) -> Array:
     for i, unknown in enumerate(model.unknowns):
         if unknown.level:
             change = unknown.deviation * delta[i]
-            out[i] = 0.5 * np.log(max(1 + 2 * change, np.exp(-2 * LONGEST))) / unknown.deviation
+            out[i] = 0.5 * np.log(max(1 + 2 * change, np.exp(-2 * FASTEST))) / unknown.deviation
     reach = np.array([LONGEST / u.deviation if u.log else LONGEST for u in model.unknowns])
     return out / max(1.0, float(np.max(np.abs(out) / reach)))
 
@@ -216,11 +220,13 @@ def _climbs(at: Likelihood, z: Array, score: float, here: Value) -> bool:
     """Return whether the model is likelier at other values.
 
     Derivatives cost ten times as much, and are not asked for; averages are those from where it is.
+    But where laws with corners follow the motion, levels and averages hang on one another.
     """
+    follow = any(run.averages.start is not None and not run.simulated for run in here.runs)
     try:
         # a step may lead anywhere; where nothing is finite it is not taken
         with np.errstate(all="ignore"):
-            found = at(z, False, here.averages)
+            found = at(z, False, None if follow else here.averages, here.averages)
     except (ValueError, np.linalg.LinAlgError):
         return False
     return found.log_likelihood - 0.5 * float(z @ z) > score

@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 from twin.estimation.averages import averages_at
 from twin.estimation.density import Part, density
 from twin.estimation.kalman import gains
+from twin.estimation.law_averages import LawAverages
 from twin.estimation.model import Assembly, Model, Trial
 from twin.estimation.parallel import each
-from twin.estimation.passing import LawAverages, Run, run
+from twin.estimation.passing import Run, run
 from twin.estimation.sensitivities import STEP, Slopes, plants_of, slopes_of
 from twin.estimation.system import Sampled
 
@@ -65,7 +66,7 @@ def _passed(here: Assembly, plants: Sequence[Sampled], index: int, averages: Law
             slopes: Slopes | None = None) -> Run:  # fmt: skip
     """Return the pass over one recording, with derivatives where there are slopes."""
     plant, trial = plants[here.which[index]], here.trials[index]
-    noise = here.noises[index]
+    noise = averages.beginning(here.noises[index], plant)
     filtering = averages.filtering(plant)
     gain = gains(filtering, noise, equivalent=averages.equivalent, missing=trial.missing)
     result = run(here, trial, plant, gain, slopes, averages=averages)
@@ -106,7 +107,7 @@ def evaluate(
     for index, result in enumerate(runs):
         trial = here.trials[index]
         part = gaussian(result, trial)
-        log_likelihood += part.value
+        log_likelihood += part.value + result.averages.start_odds
         if slopes is None:
             continue
         dS, columns = slopes[index].innovation, slopes[index].columns

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.estimation.kalman import EquivalentLinear, Gains
+from twin.estimation.kalman import Gains
+from twin.estimation.law_averages import LawAverages
 from twin.estimation.laws import addresses
 from twin.estimation.model import Assembly, Trial
 from twin.estimation.sensitivities import (
@@ -26,47 +27,12 @@ from twin.estimation.sensitivities import (
 )
 from twin.estimation.simulated import filtered, simulate
 from twin.estimation.stepping import predict
-from twin.estimation.system import Sampled, System, deviating
+from twin.estimation.system import Sampled
 
 Array = NDArray[np.float64]
 
 BESIDE_NOISE = 1e-3
 """Share of an innovation's variance that changes nothing beside it: 0.05 % of its weight."""
-
-
-@dataclass(frozen=True)
-class LawAverages:
-    """What laws do on the average of one recording's motion; of a linear model nothing.
-
-    Attributes:
-        equivalent: what they add to the linear system, for the gains.
-        blur: variances of the outputs beside their noise's, (samples, m).
-        slopes: k and c of each law's k d + c v, (l, 2); none where they are not known. Where laws
-            are simulated, of deviations from the simulation.
-        start: state from which laws are simulated, (n,); rest without.
-    """
-
-    equivalent: EquivalentLinear | None = None
-    blur: Array | None = None
-    slopes: Array | None = None
-    start: Array | None = None
-
-    def tangent(self, system: System) -> Array:
-        """Return what the laws do on the average, as forces of a system's state, (l, n)."""
-        if self.slopes is None:
-            return np.zeros_like(system.drift)
-        return np.asarray(self.slopes[:, :1] * system.drift + self.slopes[:, 1:] * system.rate)
-
-    def may_begin(self, system: System) -> bool:
-        """Return whether a simulation of this system, with these laws, may begin where it did."""
-        alike = self.slopes is None or self.slopes.shape[0] == len(system.drift)
-        return alike and self.start is not None and len(self.start) == len(system.A)
-
-    def filtering(self, plant: Sampled) -> Sampled:
-        """Return the system of a Kalman filter: of deviations, where laws are simulated."""
-        if plant.driven is None:
-            return plant
-        return deviating(plant, self.tangent(plant.system))
 
 
 @dataclass(frozen=True)
@@ -92,6 +58,11 @@ class Run:
     gains: Gains
     sampled: Sampled
     averages: LawAverages
+
+    @property
+    def simulated(self) -> bool:
+        """Whether its laws were simulated."""
+        return self.sampled.driven is not None
 
 
 @dataclass(frozen=True)
@@ -142,7 +113,9 @@ def run(
     d = slopes or no_slopes(plant, gain, numbers, 0 if dx0 is None else dx0.shape[1])
     p = len(d.order)
     c = np.ascontiguousarray
-    first = np.zeros(n) if x0 is None else c(x0, dtype=float)
+    begun = np.zeros(n) if averages.start is None else averages.start
+    first = x0 if x0 is not None else begun if plant.driven is None else np.zeros(n)
+    first = c(first, dtype=float)
     dfirst = np.zeros((n, p)) if dx0 is None else c(dx0[:, d.order])
     memories = np.zeros(len(numbers)) if z0 is None else c(z0, dtype=float)
     trust = trust_in(gain, averages.blur)
@@ -153,7 +126,7 @@ def run(
         return Run(*passed, gain, plant, averages)
     # what the simulation and what is simulated do, and how far the motion deviates from it
     told = p if dx0 is not None else d.numbers.shape[2]
-    begun = averages.start if x0 is None and averages.start is not None else first
+    begun = begun if x0 is None and averages.start is not None else first
     found = simulated(plant, assembly, trial, begun, c(dfirst[:, :told]), memories, begin_s, d)
     filtering = averages.filtering(plant)
     e, de, deviation = deviations(filtering, trial, gain, trust, first - begun, found, d)

@@ -15,8 +15,8 @@ from twin.estimation.parallel import each
 from twin.estimation.system import Sampled, sampled
 
 if TYPE_CHECKING:
+    from twin.estimation.law_averages import LawAverages
     from twin.estimation.model import Assembly, Model, Unknown
-    from twin.estimation.passing import LawAverages
 
 Array = NDArray[np.float64]
 
@@ -176,7 +176,8 @@ def _of_trial(
     own, filtering = predicting(plant), averages.filtering(plant)
     # gains after a gap in between are taken to follow as those without it
     missing = here.trials[trial].begins_without
-    base = gains(filtering, here.noises[trial], equivalent=equivalent, missing=missing)
+    own_noise = averages.beginning(here.noises[trial], plant)
+    base = gains(filtering, own_noise, equivalent=equivalent, missing=missing)
     step, read, gain = step_matrix(own), read_matrix(own), gain_matrices(base)
     simulation, deviation = simulation_matrix(plant), deviation_matrix(filtering)
     columns = [
@@ -218,10 +219,10 @@ def _of_trial(
         elif at < systems or at >= laws:
             changed.append(at)
             steps.append(_step_of(unknowns[columns[place]]))
-            near.append((near_filter, assembly.noises[trial]))
+            near.append((near_filter, averages.beginning(assembly.noises[trial], plant)))
     if near:
         # the last one is the model itself, so that rounding is alike in both
-        near.append((filtering, here.noises[trial]))
+        near.append((filtering, own_noise))
         gains_near, covariances = neighbouring_gains(near, len(gain) - 1, equivalent, missing)
         dgain[..., changed] = (gains_near[..., :-1] - gains_near[..., -1:]) / steps
         dS[..., np.array(order)[changed]] = (covariances[..., :-1] - covariances[..., -1:]) / steps

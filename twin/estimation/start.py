@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 
 from twin.estimation.density import density
 from twin.estimation.kalman import gains
+from twin.estimation.law_averages import LawAverages
 from twin.estimation.model import Assembly, Trial
-from twin.estimation.passing import LawAverages, run
+from twin.estimation.passing import run
 from twin.estimation.system import Noise, Sampled
 
 Array = NDArray[np.float64]
@@ -40,8 +41,11 @@ FIRST_DAMPING = 1e-6
 def estimated_start(
     here: Assembly, trial: Trial, plant: Sampled, noise: Noise, averages: LawAverages,
     steps: int = STEPS, near: Array | None = None,
-) -> Array:  # fmt: skip
-    """Return the state before the first sample with the greatest posterior, (n,).
+) -> tuple[Array, float]:  # fmt: skip
+    """Return the state before the first sample with the greatest posterior, (n,), and its odds.
+
+    The odds are what the log likelihood of the samples beside that state lacks of their likelihood
+    beside any, by Laplace's method: -1/2 x^T P^-1 x - 1/2 log det (1 + P H) with H its information.
 
     Args:
         here: for laws and numbers.
@@ -81,6 +85,7 @@ def estimated_start(
     if near is not None and np.all(np.isfinite(near)):
         s = np.asarray(np.linalg.lstsq(root, near, rcond=None)[0], float)
     cost, white, slopes = passed(s)
+    H = np.eye(len(s))
     for number in range(steps):
         H = slopes.T @ slopes + np.eye(len(s))
         step = np.linalg.solve(H + damping * np.diag(np.diag(H)), -(slopes.T @ white + s))
@@ -92,7 +97,7 @@ def estimated_start(
         if gained < ENOUGH or number == steps - 1:
             break
         cost, white, slopes = passed(s)
-    return np.asarray(root @ s)
+    return np.asarray(root @ s), -0.5 * float(s @ s + np.linalg.slogdet(H)[1])
 
 
 def root_of(covariance: Array) -> Array:

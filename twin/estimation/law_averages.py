@@ -1,0 +1,56 @@
+"""What laws do on the average of one recording's motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.estimation.kalman import EquivalentLinear
+from twin.estimation.system import Noise, Sampled, System, deviating
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class LawAverages:
+    """What laws do on the average of one recording's motion; of a linear model nothing.
+
+    Attributes:
+        equivalent: what they add to the linear system, for the gains.
+        blur: variances of the outputs beside their noise's, (samples, m).
+        slopes: k and c of each law's k d + c v, (l, 2); none where they are not known. Where laws
+            are simulated, of deviations from the simulation.
+        start: state that laws are simulated from, or follow the motion from, (n,); any without.
+        start_odds: what such a start adds to the log likelihood of what follows [nat].
+    """
+
+    equivalent: EquivalentLinear | None = None
+    blur: Array | None = None
+    slopes: Array | None = None
+    start: Array | None = None
+    start_odds: float = 0.0
+
+    def tangent(self, system: System) -> Array:
+        """Return what the laws do on the average, as forces of a system's state, (l, n)."""
+        if self.slopes is None:
+            return np.zeros_like(system.drift)
+        return np.asarray(self.slopes[:, :1] * system.drift + self.slopes[:, 1:] * system.rate)
+
+    def may_begin(self, system: System) -> bool:
+        """Return whether a simulation of this system, with these laws, may begin where it did."""
+        alike = self.slopes is None or self.slopes.shape[0] == len(system.drift)
+        return alike and self.start is not None and len(self.start) == len(system.A)
+
+    def beginning(self, noise: Noise, plant: Sampled) -> Noise:
+        """Return noise levels of a filter that begins with the start, where laws follow from it."""
+        if plant.driven is not None or self.start is None:
+            return noise
+        return replace(noise, start=0 * noise.start)
+
+    def filtering(self, plant: Sampled) -> Sampled:
+        """Return the system of a Kalman filter: of deviations, where laws are simulated."""
+        if plant.driven is None:
+            return plant
+        return deviating(plant, self.tangent(plant.system))
