@@ -46,7 +46,7 @@ def explained(h: Hypothesis, z: Array, cost: float, top: Explanation) -> Explana
     """Return a set of mechanisms fitted from z, (p,), with what the inputs do between samples.
 
     A twin that lacks it may have taken them for something else. Where it is ahead or behind by more
-    than settles anything, the fit ends as far from its own end (``converged``).
+    than settles anything, the fit ends where it hardly climbs (``converged``).
 
     Args:
         h: the set.
@@ -61,7 +61,7 @@ def explained(h: Hypothesis, z: Array, cost: float, top: Explanation) -> Explana
     options = [seen for form in in_every_form(h) for seen in seen_otherwise(form)]
     for option, begun in within_reach(options, z):
         try:
-            rough = fit(option, begun, hopeless=least, enough=SURE)
+            rough = fit(option, begun, hopeless=least, patience=SURE)
             other, found = again(option, rough, steps=0)
             if abs(found.log_evidence - least) < SURE:
                 found = fit(other, found.z, near=found.averages)

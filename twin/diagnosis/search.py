@@ -257,6 +257,10 @@ def _fitted(
         found = explained(h, likeliest(h, [begun[index].z, z])[1], cost, top)
         if found is not None:
             fits.append(found)
+    ahead = max((e.log_odds for e in fits), default=0.0)
+    near = [e.log_odds > ahead - 2 * SURE for e in fits]  # what their own ends would tell apart
+    if sum(near) > 1:
+        fits = [converged(e) if close else e for e, close in zip(fits, near, strict=True)]
     return sorted(fits, key=lambda e: -e.log_odds)
 
 

@@ -102,6 +102,7 @@ def fit(
     likelihood: Likelihood | None = None,
     enough: float = ENOUGH,
     near: Sequence[LawAverages] | None = None,
+    patience: float = WORTH,
 ) -> Fit:
     """Climb the log posterior by Gauss-Newton steps, damped where they do not climb.
 
@@ -115,6 +116,7 @@ def fit(
         likelihood: another one of the same unknowns than that of the innovations.
         enough: gain in log posterior [nat] below which a step is not worth another.
         near: averages of laws at values nearby, where they are known.
+        patience: gain [nat] below which ``PATIENCE`` steps are not worth another.
 
     Raises:
         ValueError: the model has no likelihood where the fit begins.
@@ -145,7 +147,7 @@ def fit(
             here, score = found, score + gained
             gains = (*gains[1 - PATIENCE :], max(score - best[1], 0.0))
             best = (here, score, z) if score > best[1] else best
-            tired = len(gains) == PATIENCE and sum(gains) < max(WORTH, enough)
+            tired = len(gains) == PATIENCE and sum(gains) < max(patience, enough)
             settled = tired or (abs(gained) < enough and damping == 0.0)
         if settled:
             code = "converged"
