@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from estimation_support import CUBIC, FRICTION, TwoMasses, shaken
 
-from twin.estimation.fit import FARTHEST, fit
+from twin.estimation.fit import FARTHEST, FASTEST, fit
 from twin.estimation.likelihood import evaluate
 from twin.estimation.model import Unknown
 
@@ -109,6 +109,16 @@ def test_a_fit_that_begins_far_away_takes_bounded_steps_and_says_how_it_ended():
     beyond = fit(replace(tight, trials=(two_stiff(),)), most=2)
     assert np.max(np.abs(beyond.z)) > FARTHEST
     assert beyond.code == "ran away"
+
+
+def test_levels_that_are_far_too_high_fall_by_no_more_than_a_factor_in_a_step():
+    model = cubic(200)
+    levels = np.array([u.level for u in model.unknowns])
+    deviations = np.array([u.deviation for u in model.unknowns])
+    start = np.where(levels, 12.0, 0.0)
+    fallen = (start - fit(model, start, most=1).z)[levels] * deviations[levels]
+    assert np.max(fallen) == pytest.approx(FASTEST, rel=1e-6)
+    assert fit(model, start).log_posterior == pytest.approx(fit(model).log_posterior, abs=0.1)
 
 
 def two_stiff():
