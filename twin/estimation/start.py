@@ -65,30 +65,34 @@ def estimated_start(
     gain = gains(averages.filtering(plant), known, equivalent=averages.equivalent,
                  missing=first.missing)  # fmt: skip
 
+    n = root.shape[1]
+
     def passed(s: Array, sloped: bool = True) -> tuple[float, Array, Array]:
-        """Return half the sum of squares, the whitened innovations and their slopes."""
+        """Return half the sum of squares, its gradient (n,) and its curvature (n, n)."""
+        nowhere = np.inf, np.zeros(n), np.eye(n)  # laws that run away from there
         with np.errstate(all="ignore"):
             result = run(here, first, plant, gain, x0=root @ s,
                          dx0=root if sloped else None, averages=averages)  # fmt: skip
-        try:
-            part = density(result.e, first.y, result.gains.innovation, averages.blur)
-        except ValueError:
-            return np.inf, np.zeros(0), np.zeros((0, len(s)))
-        slopes = part.whitened(result.de)
-        cost = 0.5 * float(np.sum(part.white**2) + s @ s)
-        if not (np.isfinite(cost) and np.all(np.isfinite(slopes))):
-            return np.inf, np.zeros(0), np.zeros((0, len(s)))
-        return cost, part.white.ravel(), slopes
+            try:
+                part = density(result.e, first.y, result.gains.innovation, averages.blur)
+            except ValueError:
+                return nowhere
+            cost = 0.5 * float(np.sum(part.white**2) + s @ s)
+            if not sloped:
+                return (cost if np.isfinite(cost) else np.inf), *nowhere[1:]
+            slopes = part.whitened(result.de)
+            gradient, curvature = slopes.T @ part.white.ravel() + s, slopes.T @ slopes + np.eye(n)
+        if not (np.isfinite(cost) and np.all(np.isfinite(curvature))):
+            return nowhere
+        return cost, gradient, curvature
 
-    s: Array = np.zeros(root.shape[1])
+    s: Array = np.zeros(n)
     damping = FIRST_DAMPING
     if near is not None and np.all(np.isfinite(near)):
         s = np.asarray(np.linalg.lstsq(root, near, rcond=None)[0], float)
-    cost, white, slopes = passed(s)
-    H = np.eye(len(s))
+    cost, gradient, H = passed(s)
     for number in range(steps):
-        H = slopes.T @ slopes + np.eye(len(s))
-        step = np.linalg.solve(H + damping * np.diag(np.diag(H)), -(slopes.T @ white + s))
+        step = -np.linalg.solve(H + damping * np.diag(np.diag(H)), gradient)
         other, _, _ = passed(s + step, sloped=False)
         if not other < cost:
             damping *= 10
@@ -96,7 +100,7 @@ def estimated_start(
         gained, s, damping = cost - other, s + step, damping / 10
         if gained < ENOUGH or number == steps - 1:
             break
-        cost, white, slopes = passed(s)
+        cost, gradient, H = passed(s)
     return np.asarray(root @ s), -0.5 * float(s @ s + np.linalg.slogdet(H)[1])
 
 
