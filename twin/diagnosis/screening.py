@@ -226,7 +226,7 @@ def _stronger(first: Mechanism, other: Mechanism) -> float | None:
     ratios = []
     if np.isfinite(twice) and twice != a and np.isclose(thrice - twice, twice - a, rtol=1e-9):
         ratios.append(1 + (b - a) / (twice - a))
-    if a > 0 and b > 0 and a != 1:
+    if a > 0 and b > 0 and a != 1 and np.isclose(twice, a**2, rtol=1e-9):
         ratios.append(np.log(b) / np.log(a))
     for ratio in ratios:
         same = first.scaled(ratio).values
