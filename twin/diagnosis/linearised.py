@@ -118,19 +118,11 @@ class Linearised:
             ringing=None,
             held=np.concatenate([here.held, np.zeros(laws, bool)]),
             trials=self._trials(here.trials),
-            noises=tuple(
-                replace(noise, start=0 * noise.start) if self._begins(a) else noise
-                for noise, a in zip(here.noises, self.averages, strict=True)
-            ),
             blurs=tuple(
                 None if a.blur is None else a.blur[: len(t.y)]
                 for a, t in zip(self.averages, here.trials, strict=True)
             ),
         )
-
-    def _begins(self, averages: LawAverages) -> bool:
-        """Return whether laws followed the motion from a start that is known."""
-        return averages.start is not None and not self.filtered
 
     def _trials(self, trials: Sequence[Trial]) -> tuple[Trial, ...]:
         out = []

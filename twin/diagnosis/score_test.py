@@ -119,9 +119,14 @@ class ScoreTest:
     def __init__(self, hypothesis: Hypothesis, fit: Fit) -> None:
         self.hypothesis, self.fit = hypothesis, fit
         value = evaluate(hypothesis, fit.z)
-        self.runs = value.runs
         self.linear = Linearised.of(hypothesis, value.runs)
         self._without = evaluate(self.linear, fit.z, derivatives=False).runs
+        # where laws began with an estimated state, what is added may have begun with another one
+        self.runs = tuple(
+            replace(own, e=linear.e, gains=linear.gains) if own.begun else own
+            for own, linear in zip(value.runs, self._without, strict=True)
+        )
+        value = replace(value, runs=self.runs)
         self._part = on_a_part(hypothesis)
         every_part = (hypothesis, *([self._part] if self._part else []))
         self._likelihood = {h.problem.samples: _density(value.runs, h.trials) for h in every_part}

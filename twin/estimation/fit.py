@@ -224,7 +224,7 @@ def _climbs(at: Likelihood, z: Array, score: float, here: Value) -> bool:
     Derivatives cost ten times as much, and are not asked for; averages are those from where it is.
     But where laws with corners follow the motion, levels and averages hang on one another.
     """
-    follow = any(run.averages.start is not None and not run.simulated for run in here.runs)
+    follow = any(run.begun for run in here.runs)
     try:
         # a step may lead anywhere; where nothing is finite it is not taken
         with np.errstate(all="ignore"):

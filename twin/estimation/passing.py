@@ -60,9 +60,9 @@ class Run:
     averages: LawAverages
 
     @property
-    def simulated(self) -> bool:
-        """Whether its laws were simulated."""
-        return self.sampled.driven is not None
+    def begun(self) -> bool:
+        """Whether its laws followed the motion from an estimated start."""
+        return self.sampled.driven is None and self.averages.start is not None
 
 
 @dataclass(frozen=True)
