@@ -62,10 +62,10 @@ def averages_at(
     plant, trial = plants[here.which[index]], here.trials[index]
     if not here.laws:
         return LawAverages(blur=here.blurs[index] if here.blurs else trial.blur)
+    near = near if near is not None and near.may_begin(plant.system) else None
     if plant.driven is not None:
         blur = _ringing(model, here, plant.system, trial) if model.blurred else None
         known = LawAverages(blur=_both(blur, trial.blur))
-        near = near if near is not None and near.may_begin(plant.system) else None
         value, found = _holding(here, index, plant, known, near, None)
         for _ in range(ROUNDS - 1 if near is None else 0):
             last = value
@@ -73,7 +73,6 @@ def averages_at(
             if not value > last + SETTLED:
                 break
         return found
-    near = near if near is not None and near.may_begin(plant.system) else None
     return _following(model, here, index, plant, near)
 
 

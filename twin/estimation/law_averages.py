@@ -39,7 +39,7 @@ class LawAverages:
         return np.asarray(self.slopes[:, :1] * system.drift + self.slopes[:, 1:] * system.rate)
 
     def may_begin(self, system: System) -> bool:
-        """Return whether a simulation of this system, with these laws, may begin where it did."""
+        """Return whether laws of this system, simulated or following, may begin where these did."""
         alike = self.slopes is None or self.slopes.shape[0] == len(system.drift)
         return alike and self.start is not None and len(self.start) == len(system.A)
 

@@ -113,20 +113,19 @@ def run(
     d = slopes or no_slopes(plant, gain, numbers, 0 if dx0 is None else dx0.shape[1])
     p = len(d.order)
     c = np.ascontiguousarray
-    begun = np.zeros(n) if averages.start is None else averages.start
-    first = x0 if x0 is not None else begun if plant.driven is None else np.zeros(n)
-    first = c(first, dtype=float)
+    first = np.zeros(n) if x0 is None else c(x0, dtype=float)
+    begun = averages.start if x0 is None and averages.start is not None else first
     dfirst = np.zeros((n, p)) if dx0 is None else c(dx0[:, d.order])
     memories = np.zeros(len(numbers)) if z0 is None else c(z0, dtype=float)
     trust = trust_in(gain, averages.blur)
     if plant.driven is None:
         passed = _stepped(
-            plant, assembly, trial, gain_matrices(gain), trust, first, dfirst, memories, begin_s, d,
+            plant, assembly, trial, gain_matrices(gain), trust, c(begun), dfirst, memories, begin_s,
+            d,
         )  # fmt: skip
         return Run(*passed, gain, plant, averages)
     # what the simulation and what is simulated do, and how far the motion deviates from it
     told = p if dx0 is not None else d.numbers.shape[2]
-    begun = begun if x0 is None and averages.start is not None else first
     found = simulated(plant, assembly, trial, begun, c(dfirst[:, :told]), memories, begin_s, d)
     filtering = averages.filtering(plant)
     e, de, deviation = deviations(filtering, trial, gain, trust, first - begun, found, d)
