@@ -1,9 +1,14 @@
-"""Accelerations of an estimated motion, where there are few samples in a period."""
+"""An estimated motion, and its accelerations where there are few samples in a period."""
 
 import numpy as np
 import pytest
+from diagnosis_support import lumped, recorded
 
+from twin.diagnosis.candidates import motions
+from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.motion import Motion
+from twin.diagnosis.prepare import prepare
+from twin.mechanisms.appendage import Appendage
 
 
 @pytest.mark.parametrize(("samples_a_period", "error"), [(5.0, 0.01), (10.0, 1e-3), (20.0, 1e-4)])
@@ -15,3 +20,15 @@ def test_accelerations_are_of_fourth_order(samples_a_period, error):
     found = Motion(q, v, 0 * v).acceleration(h)[1:-1]
     true = -(w**2) * q[1:-1]
     assert np.max(np.abs(found - true)) < error * np.max(np.abs(true))
+
+
+@pytest.mark.parametrize("hanging", [(), (Appendage("floor2", 0.01, 9.0, 0.05),)])
+def test_velocities_are_those_of_the_displacements_whatever_hangs_on_the_structure(hanging):
+    problem = prepare(lumped(), [recorded(lumped(), 1)], [recorded(lumped(), 2)]).train
+    priors = tuple({n: (np.log(m.values[n]), 0.1) for n in m.parameters} for m in hanging)
+    hypothesis = Hypothesis(problem, hanging, priors)
+    (motion,) = motions(problem, hypothesis, np.zeros(len(hypothesis.unknowns)))
+    assert motion.q.shape[1] == len(problem.model.coordinates)
+    slopes = np.gradient(motion.q, problem.step_s, axis=0)
+    left = np.std(motion.v - slopes, axis=0)
+    assert np.all(left < 0.05 * np.std(motion.v, axis=0))

@@ -34,11 +34,10 @@ class Motion:
 
 
 def motion_of(run: Run, n: int, step_s: float) -> Motion:
-    """Return the motion of n coordinates as a predictor's pass, corrected at each sample, has it.
+    """Return the motion of the first n coordinates as a predictor's pass, corrected, has it.
 
     A simulation corrects nothing: its motion is its own.
     """
     gain = run.gains.state[np.minimum(np.arange(len(run.x)), len(run.gains.state) - 1)]
-    x = run.x + np.einsum("kij,kj->ki", gain, run.e)
-    v = x[:, n : 2 * n]
-    return Motion(x[:, :n], v, np.gradient(v, step_s, axis=0))
+    q, v = run.moved(run.x + np.einsum("kij,kj->ki", gain, run.e))
+    return Motion(q[:, :n], v[:, :n], np.gradient(v[:, :n], step_s, axis=0))

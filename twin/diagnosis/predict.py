@@ -68,11 +68,6 @@ class Predictor:
         """The measured inputs, (samples, r)."""
         return self.trial.u[:, : len(self.problem.model.inputs)]
 
-    @property
-    def coordinates(self) -> int:
-        """How many coordinates the model has: process noise pushes each, inputs have their own."""
-        return self.plant.system.W.shape[1] - len(self.problem.model.inputs)
-
     @cached_property
     def followed(self) -> Run:
         """The predictor's pass from the prior's mean."""
@@ -123,10 +118,10 @@ class Predictor:
                             between=np.hstack([lines, prefiltered(forces)]))  # fmt: skip
             passed = run(self.here, piece, self.plant, open_loop(self.gain), x0=x, z0=z,
                          begin_s=first * own.step_s)  # fmt: skip
-            moved = passed.x[:, : self.coordinates + n]
-            if geometry is None or not np.all(np.isfinite(moved)):
+            q, v = (x[:, :n] for x in passed.moved())
+            if geometry is None or not np.all(np.isfinite([q, v])):
                 break
-            found = geometry.along(moved[:, :n], moved[:, self.coordinates :], driving)
+            found = geometry.along(q, v, driving)
             forces, readings = found.forces, found.readings
         missed = 0.0 if own.missed is None else own.missed[first:last]
         return self._recorded(readings - passed.e + missed)

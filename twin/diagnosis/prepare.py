@@ -260,7 +260,7 @@ def _scaled(problem: Problem) -> Problem:
             f"{problem.recordings[0].name}: {available(model.outputs)} cannot tell where the "
             "structure is, for no spring holds it; record a displacement, too"
         ) from None
-    scale = np.array([np.sqrt(np.mean(run.x[:, :n] ** 2, axis=0)) for run in runs])
+    scale = np.array([np.sqrt(np.mean(run.moved()[0][:, :n] ** 2, axis=0)) for run in runs])
     return replace(problem, scale=np.maximum(scale, 1e-12))
 
 

@@ -29,9 +29,9 @@ def pushes(hypothesis: Hypothesis, z: Array, beside: Sequence[Predictor]) -> lis
     """
     mechanisms = hypothesis.at(z)
     at, models = edits(hypothesis, z)
-    model, count = models[-1], len(models[-1].coordinates)
+    model = models[-1]
     found: dict[int, Array] = {
-        index: np.vstack([_changed(before, after, count, s) for s in beside])
+        index: np.vstack([_changed(before, after, s) for s in beside])
         for index, before, after in zip(at, models[:-1], models[1:], strict=True)
     }
     law = 0
@@ -62,7 +62,7 @@ def push_of(law: Law, index: int, model: LinearModel, beside: Sequence[Predictor
         beside: the motion.
     """
     row, stiffness = model.port(law.place), law.parted()[1]
-    whole = [s.followed.f[:, index] + stiffness * (s.followed.x[:, : len(row)] @ row)
+    whole = [s.followed.f[:, index] + stiffness * (s.followed.moved()[0][:, : len(row)] @ row)
              for s in beside]  # fmt: skip
     return np.outer(np.concatenate(whole), row)
 
@@ -78,17 +78,16 @@ def edits(hypothesis: Hypothesis, z: Array) -> tuple[list[int], list[LinearModel
     return [index for index, _ in changes], models
 
 
-def _changed(before: LinearModel, after: LinearModel, count: int, predictor: Predictor) -> Array:
+def _changed(before: LinearModel, after: LinearModel, predictor: Predictor) -> Array:
     """Return the modal forces that an edit adds, (samples, n).
 
     Args:
         before: the model without it.
         after: with it; its further coordinates come behind.
-        count: coordinates of all edits together.
         predictor: the motion.
     """
     old, new = len(before.coordinates), len(after.coordinates)
-    q, v = predictor.followed.x[:, :new], predictor.followed.x[:, count : count + new]
+    q, v = (x[:, :new] for x in predictor.followed.moved())
     a = np.gradient(v, predictor.trial.step_s, axis=0)
     force = np.zeros((len(q), old))
     for own, other, motion in (

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from twin.diagnosis.hypothesis import DISCREPANCY_SHARE, Hypothesis
 from twin.diagnosis.predict import Predictor
 from twin.diagnosis.problem import Problem
-from twin.diagnosis.pushes import altered, edits, push_of, pushes, read, rms, unexplained_in
+from twin.diagnosis.pushes import altered, push_of, pushes, read, rms, unexplained_in
 from twin.diagnosis.scales import ROUNDING
 from twin.estimation.fit import Fit
 from twin.mechanisms.mechanism import ChannelFault, Disturbance, Law, Mechanism, StructuralChange
@@ -76,7 +76,6 @@ def negligible(
     """
     model, problem = hypothesis.problem.model, hypothesis.problem
     mechanisms = hypothesis.at(fit.z)
-    count = len(edits(hypothesis, fit.z)[1][-1].coordinates)
     known = known_forces(hypothesis, fit.z, beside)
     latent = unexplained_in(mechanisms)
     heard = pushes(hypothesis, fit.z, beside) if latent else [None] * len(mechanisms)
@@ -90,7 +89,7 @@ def negligible(
                 level = _left_at(port, fit, problem)
                 left = max(left, level * float(np.linalg.norm(model.port(port))))
         if isinstance(mechanism, StructuralChange) and mechanism.verdict == "parameter":
-            left = max(left, _scatter(problem, mechanism, count, beside))
+            left = max(left, _scatter(problem, mechanism, beside))
         beyond = [not w for i, w in enumerate(within) if i != index]
         if within[index] and (known or shown or any(beyond)):
             out.append(True)
@@ -162,9 +161,7 @@ def _left_at(port: str, fit: Fit, problem: Problem) -> float:
     return float(fit.values[f"discrepancy {port}"] * np.sqrt(varies))
 
 
-def _scatter(
-    problem: Problem, change: StructuralChange, count: int, beside: Sequence[Predictor]
-) -> float:
+def _scatter(problem: Problem, change: StructuralChange, beside: Sequence[Predictor]) -> float:
     """Return the RMS modal force by which dampings scatter beforehand; 0 for what does not damp.
 
     Stiffnesses and masses are calibrated where they are; of damping the modes' own are, not how it
@@ -175,7 +172,7 @@ def _scatter(
     if not np.allclose(edited.K, model.K) or not np.allclose(edited.M, model.M):
         return 0.0
     n = len(model.coordinates)
-    rates = [s.followed.x[:, count : count + n] for s in beside]
+    rates = [s.followed.moved()[1][:, :n] for s in beside]
     return problem.damping_tolerance * _size(np.vstack(rates) @ model.R.T)
 
 

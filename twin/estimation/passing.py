@@ -59,6 +59,16 @@ class Run:
     sampled: Sampled
     averages: LawAverages
 
+    def moved(self, x: Array | None = None) -> tuple[Array, Array]:
+        """Return displacements and velocities of the coordinates, (samples, coordinates) each.
+
+        Args:
+            x: states, (samples, n); those before each sample without.
+        """
+        motion, x = self.sampled.system.motion, self.x if x is None else x
+        assert motion is not None
+        return x @ motion[0].T, x @ motion[1].T
+
     @property
     def begun(self) -> bool:
         """Whether its laws followed the motion from an estimated start."""

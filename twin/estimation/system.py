@@ -31,6 +31,8 @@ class System:
         W, V: of disturbances n that are constant over a sample and white from one to the next,
             (n, w), (m, w): noise of the measured inputs, process noise.
         G: of continuous white noises w of unit intensity, (n, g): they drive latent forces.
+        motion: displacements and velocities of the structure's coordinates by the state,
+            (2, coordinates, n); None where nobody asks.
     """
 
     A: Array
@@ -44,6 +46,7 @@ class System:
     W: Array
     V: Array
     G: Array
+    motion: Array | None = None
 
 
 @dataclass(frozen=True)
