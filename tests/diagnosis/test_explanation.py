@@ -2,13 +2,20 @@
 
 from dataclasses import replace
 
+import numpy as np
 from diagnosis_support import lumped, recorded
 
 from twin.diagnosis import explanation
 from twin.diagnosis.beginning import start_of
 from twin.diagnosis.between import again
 from twin.diagnosis.candidates import priors_of
-from twin.diagnosis.explanation import in_every_form, seen_otherwise, within_reach
+from twin.diagnosis.explanation import (
+    Explanation,
+    converged,
+    in_every_form,
+    seen_otherwise,
+    within_reach,
+)
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.portion import SURE, on_a_part
 from twin.diagnosis.prepare import prepare
@@ -73,3 +80,12 @@ def test_a_force_that_nobody_measured_is_fitted_with_edges_and_without():
     assert [h.mechanisms[-1].edged for h in both] == [0.0, 1.0]
     assert all(h.mechanisms[-1].values == force.values for h in both)
     assert [h.mechanisms for h in in_every_form(rubs)] == [rubs.mechanisms]
+
+
+def test_a_fit_from_whose_end_laws_run_away_is_left_as_it_was():
+    problem = prepare(lumped(), [recorded(lumped(), 1)], [recorded(lumped(), 2)]).train
+    blank = Hypothesis(problem)
+    sound = Explanation(blank, fit(blank), 0.0)
+    assert converged(sound).fit.log_evidence >= sound.fit.log_evidence
+    gone = replace(sound.fit, z=np.full(len(blank.unknowns), np.nan))
+    assert converged(replace(sound, fit=gone)).fit is gone

@@ -110,7 +110,10 @@ def _better(
             best = other, tried, tried.log_evidence - odds
     if best[0] is hypothesis:
         return hypothesis, found
-    return best[0], fit(best[0], best[1].z, near=best[1].averages)
+    try:
+        return best[0], fit(best[0], best[1].z, near=best[1].averages)
+    except (ValueError, np.linalg.LinAlgError):  # laws run away from there: as it is
+        return best[0], best[1]
 
 
 def _open(hypothesis: Hypothesis, found: Fit, steps: int) -> bool:

@@ -73,9 +73,15 @@ def explained(h: Hypothesis, z: Array, cost: float, top: Explanation) -> Explana
 
 
 def converged(explanation: Explanation) -> Explanation:
-    """Return an explanation with its fit at its end."""
+    """Return an explanation with its fit at its end; as it is, where laws run away from there.
+
+    What laws do on the average of the motion is found anew where a fit begins.
+    """
     h, found = explanation.hypothesis, explanation.fit
-    last = fit(h, found.z, near=found.averages)
+    try:
+        last = fit(h, found.z, near=found.averages)
+    except (ValueError, np.linalg.LinAlgError):
+        return explanation
     gained = odds_of(h, last) - odds_of(h, found)
     return replace(explanation, fit=last, log_odds=explanation.log_odds + gained)
 
