@@ -110,10 +110,8 @@ def _better(
             best = other, tried, tried.log_evidence - odds
     if best[0] is hypothesis:
         return hypothesis, found
-    try:
-        return best[0], fit(best[0], best[1].z, near=best[1].averages)
-    except (ValueError, np.linalg.LinAlgError):  # laws run away from there: as it is
-        return best[0], best[1]
+    other, last, _ = best
+    return other, attempted(other, last.z, near=last.averages) or last
 
 
 def _open(hypothesis: Hypothesis, found: Fit, steps: int) -> bool:

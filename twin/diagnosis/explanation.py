@@ -78,9 +78,8 @@ def converged(explanation: Explanation) -> Explanation:
     What laws do on the average of the motion is found anew where a fit begins.
     """
     h, found = explanation.hypothesis, explanation.fit
-    try:
-        last = fit(h, found.z, near=found.averages)
-    except (ValueError, np.linalg.LinAlgError):
+    last = attempted(h, found.z, near=found.averages)
+    if last is None:
         return explanation
     gained = odds_of(h, last) - odds_of(h, found)
     return replace(explanation, fit=last, log_odds=explanation.log_odds + gained)

@@ -32,14 +32,12 @@ class Plant:
 
     Attributes:
         system: for the predictor.
-        coordinates: how many q are.
         start: covariance of the states after q and q' before the first sample, (k, k).
         mass: diagonal of M, (n,).
         stiffness: diagonal of K, (n,).
     """
 
     system: System
-    coordinates: int
     start: Array
     mass: Array
     stiffness: Array
@@ -96,9 +94,8 @@ def plant_of(
     W, V = entry(more * noises)[0], entry(np.where(more > 0, noises, 0.0))[1]
     V[:, : len(model.inputs)] += model.Cu
     drift, rate = np.hstack([rows, 0 * rows]), np.hstack([0 * rows, rows])
-    motion = np.eye(2 * n).reshape(2, n, 2 * n)
-    system = System(A, B, C, D, E, F, drift, rate, W, V, np.zeros((2 * n, 0)), motion)
-    plant = Plant(system, n, np.zeros((0, 0)), np.diag(model.M), np.diag(model.K))
+    system = System(A, B, C, D, E, F, drift, rate, W, V, np.zeros((2 * n, 0)), n)
+    plant = Plant(system, np.zeros((0, 0)), np.diag(model.M), np.diag(model.K))
     for port, rms, frequency in latent:
         rate_of = 2 * np.pi * frequency
         drive = np.array([rms * np.sqrt(2 * rate_of)])
@@ -282,5 +279,4 @@ def _grown(system: System, k: int) -> System:
         G=tall(system.G),
         drift=wide(system.drift),
         rate=wide(system.rate),
-        motion=None if system.motion is None else np.pad(system.motion, ((0, 0), (0, 0), (0, k))),
     )

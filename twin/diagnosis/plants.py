@@ -105,7 +105,7 @@ def plants_at(
 
 def start_covariance(problem: Problem, trial: int, plant: Plant) -> Array:
     """Return the covariance of the state before the first sample of a recording, (n, n)."""
-    own, total = len(problem.scale[trial]), plant.coordinates
+    own, total = len(problem.scale[trial]), plant.system.coordinates
     w = np.maximum(np.sqrt(np.abs(np.diag(problem.model.K))), 2 * np.pi * SLOWEST_HZ)
     q = START_WIDTH * problem.scale[trial] + TINY
     variance = np.zeros(2 * total)

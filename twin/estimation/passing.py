@@ -65,9 +65,8 @@ class Run:
         Args:
             x: states, (samples, n); those before each sample without.
         """
-        motion, x = self.sampled.system.motion, self.x if x is None else x
-        assert motion is not None
-        return x @ motion[0].T, x @ motion[1].T
+        n, x = self.sampled.system.coordinates, self.x if x is None else x
+        return x[:, :n], x[:, n : 2 * n]
 
     @property
     def begun(self) -> bool:

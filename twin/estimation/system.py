@@ -31,8 +31,8 @@ class System:
         W, V: of disturbances n that are constant over a sample and white from one to the next,
             (n, w), (m, w): noise of the measured inputs, process noise.
         G: of continuous white noises w of unit intensity, (n, g): they drive latent forces.
-        motion: displacements and velocities of the structure's coordinates by the state,
-            (2, coordinates, n); None where nobody asks.
+        coordinates: of the structure: their displacements are the first states, their velocities
+            the next ones.
     """
 
     A: Array
@@ -46,7 +46,7 @@ class System:
     W: Array
     V: Array
     G: Array
-    motion: Array | None = None
+    coordinates: int = 0
 
 
 @dataclass(frozen=True)
