@@ -13,6 +13,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
+from twin.estimation.laws import memory_along
 from twin.mechanisms import vocabulary
 from twin.mechanisms.mechanism import ChannelFault, Disturbance, Law, Mechanism
 from twin.mechanisms.surroundings import Surroundings
@@ -66,10 +67,7 @@ def picture(law: Law, path: Path) -> None:
     from matplotlib.figure import Figure
 
     time, drift, rate = motion()
-    z = np.zeros(len(drift))
-    if law.memory:
-        for k in range(1, len(drift)):
-            z[k] = law.remember(z[k - 1], drift[k - 1], drift[k])
+    z = memory_along(law.compiled, np.array(law.numbers), drift)
     force = law.force(drift, rate, z, time) + 0 * drift
     figure = Figure(figsize=(6.4, 2.4), layout="constrained")
     for ax, x, name in zip(

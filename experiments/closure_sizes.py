@@ -32,6 +32,7 @@ def visible(structure: Structure, name: str) -> Mechanism:
         "bumper": {"stiffness": 4 * k, "gap": d},
         "clearance": {"stiffness": 0.4 * k, "gap": 0.5 * d, "replaced": 0.4 * k},
         "hysteresis": {"stiffness": 0.3 * k, "yield_force": 0.2 * k * d, "replaced": 0.3 * k},
+        "microslip": {"stiffness": 0.3 * k, "softening": 1.0, "replaced": 0.3 * k, "reach": d},
         "stiffness_drift": {"rate": 0.1 / structure.duration_s},
         "quadratic_drag": {"coefficient": 0.03 * omega * around.mass / v},
         "appendage": {

@@ -30,13 +30,25 @@ def slip(d, v, z, t, k, limit):
     return z
 
 
-def slipped(z, before, after, k, limit):
+def slipped(z, part, before, after, k, limit):
+    return min(max(z + k * (after - before), -limit), limit)
+
+
+def sliding(d, v, z, t, first, second, one, other):
+    return z
+
+
+def slid(z, part, before, after, first, second, one, other):
+    k, limit = (first, one) if part == 0 else (second, other)
     return min(max(z + k * (after - before), -limit), limit)
 
 
 CUBIC, FRICTION, BUMPER = Law(cubic, None, 1), Law(friction, None, 2), Law(bumper, None, 2)
-SLIP = Law(slip, slipped, 2)
-NUMBERS = {CUBIC: [4e5], FRICTION: [0.6, 4e-3], BUMPER: [900.0, 6e-3], SLIP: [300.0, 0.8]}
+SLIP, SLIDERS = Law(slip, slipped, 2), Law(sliding, slid, 4, 2)
+NUMBERS = {
+    CUBIC: [4e5], FRICTION: [0.6, 4e-3], BUMPER: [900.0, 6e-3], SLIP: [300.0, 0.8],
+    SLIDERS: [200.0, 100.0, 0.2, 0.6],
+}  # fmt: skip
 """Of laws on a mass of 1 kg with 400 N/m that swings by about a centimetre."""
 
 

@@ -10,6 +10,7 @@ from scipy.signal import resample_poly
 
 from twin.estimation import averages
 from twin.estimation.fit import fit
+from twin.estimation.laws import no_memory
 from twin.estimation.likelihood import evaluate, passes
 from twin.estimation.low_pass import LowPass
 from twin.estimation.model import Trial
@@ -142,7 +143,8 @@ def test_deviations_from_the_simulation_are_estimated_with_the_dashpot_in_their_
     here, start, c = of.assemble(z), run.averages.start, run.averages.slopes[0, 1]
     plant = plants_of(here, of)[0]
     none = no_slopes(plant, run.gains, numbers_of(here))
-    there = simulated(plant, here, here.trials[0], start, np.zeros((4, 0)), np.zeros(1), 0.0, none)
+    there = simulated(plant, here, here.trials[0], start, np.zeros((4, 0)), no_memory(here.laws),
+                      0.0, none)  # fmt: skip
     own = plant.system
     A = own.A + c * np.outer(own.E[:, 0], own.rate[0])
     C = own.C + c * np.outer(own.F[:, 0], own.rate[0])

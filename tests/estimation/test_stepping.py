@@ -8,6 +8,7 @@ from estimation_support import (
     FRICTION,
     NUMBERS,
     RATE_HZ,
+    SLIDERS,
     SLIP,
     TwoMasses,
     shaken,
@@ -35,6 +36,7 @@ def passed(laws, ports, trial, steps, listening):
 
 @pytest.mark.parametrize(("law", "steps", "error"), [
     (CUBIC, 2, 2e-2), (CUBIC, 8, 1.5e-3), (FRICTION, 4, 5e-3), (BUMPER, 4, 1e-2), (SLIP, 4, 1e-2),
+    (SLIDERS, 4, 1e-2),
 ])  # fmt: skip
 def test_laws_step_as_their_differential_equation(law, steps, error):
     samples = 150
@@ -44,17 +46,18 @@ def test_laws_step_as_their_differential_equation(law, steps, error):
     numbers = NUMBERS[law]
 
     def slope(t, state):
-        x, z = state[:4], state[4]
+        x, z = state[:4], state[4:]
         u = np.interp(t, times, trial.u[:, 0])
         d, v = (system.drift @ x)[0], (system.rate @ x)[0]
-        f = law.force(d, v, z, t, *numbers)
-        flow = 0.0
+        f = law.force(d, v, z.sum(), t, *numbers)
+        flow = np.zeros(2)
         if law.flow is not None:
-            k, limit = numbers
-            flow = k * v if abs(z) < limit or z * v < 0 else 0.0
+            k, limit = np.reshape(numbers, (2, law.parts))
+            some = z[: law.parts]
+            flow[: law.parts] = k * v * ((np.abs(some) < limit) | (some * v < 0))
         return np.append(system.A @ x + system.B[:, 0] * u + system.E[:, 0] * f, flow)
 
-    expected = solve_ivp(slope, (0, times[-1]), np.zeros(5), t_eval=times, rtol=1e-8, atol=1e-10,
+    expected = solve_ivp(slope, (0, times[-1]), np.zeros(6), t_eval=times, rtol=1e-8, atol=1e-10,
                          max_step=1 / RATE_HZ / 4).y[:4].T  # fmt: skip
     drift = expected @ system.drift[0]
     worst = np.sqrt(np.mean((found.x @ system.drift[0] - drift) ** 2) / np.mean(drift**2))
@@ -172,6 +175,8 @@ def test_memory_along_a_displacement_is_that_of_the_flow():
     drift = np.array([0.0, 0.001, 0.004, 0.002, -0.004])
     memory = memory_along(SLIP, np.array(NUMBERS[SLIP]), drift)
     assert memory == pytest.approx([0.0, 0.3, 0.8, 0.2, -0.8])
+    apart = memory_along(SLIDERS, np.array(NUMBERS[SLIDERS]), drift)
+    assert apart == pytest.approx([0.0, 0.3, 0.6, 0.0, -0.6])
     assert memory_along(CUBIC, np.array([1.0]), drift) == pytest.approx(np.zeros(5))
 
 

@@ -32,10 +32,11 @@ def integrate(model, forces, law=None, fine=4):
         if law is None:
             return rate
         drift = b @ state[:n]
-        z = law.remember(memory, before, drift) if law.memory else memory
+        z = sum(law.remember(memory, before, drift)) if law.memory else 0.0
         return rate - kick * law.force(drift, b @ state[n:], z, time)
 
-    state, memory, states, rates = np.zeros(2 * n), 0.0, [], []
+    memory = np.zeros(law.memory if law else 0)
+    state, states, rates = np.zeros(2 * n), [], []
     samples = np.arange(len(forces))
     steps = np.arange(len(forces) * fine) / fine
     fine_forces = np.column_stack([np.interp(steps, samples, f) for f in forces.T])

@@ -204,7 +204,7 @@ def test_a_shift_is_that_of_the_band_limited_signal_for_any_fraction_of_a_sample
 def test_slip_forgets_how_fast_it_was_moved_and_never_passes_its_yield_force():
     slip = ALL["hysteresis"]("storey1", 300.0, 0.5, 2.0, 300.0)
     slow = 0.01 * np.sin(np.linspace(0, 20, 4001))
-    z_slow, z_fast = 0.0, 0.0
+    z_slow = z_fast = np.zeros(1)
     for k in range(4000):
         z_slow = slip.remember(z_slow, slow[k], slow[k + 1])
         if k % 10 == 9:
@@ -281,7 +281,7 @@ def test_a_loop_of_any_shape_follows_the_differential_equation_of_bouc_and_wen(s
     true = solve_ivp(slope, (0, 4), [0.0], t_eval=t, rtol=1e-9, atol=1e-9, max_step=1e-3).y[0]
     drift, z = 6e-4 * np.sin(7 * t), [0.0]
     for before, after in pairwise(drift):
-        z.append(float(law.remember(z[-1], before, after)))
+        z.append(float(law.remember([z[-1]], before, after)[0]))
     assert error(np.array(z), true) < 2e-3
 
 

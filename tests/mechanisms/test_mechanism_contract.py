@@ -37,6 +37,7 @@ VOCABULARY = [
     "bumper",
     "clearance",
     "hysteresis",
+    "microslip",
     "stiffness_drift",
     "mass",
     "quadratic_drag",
@@ -94,6 +95,7 @@ LAWS = [
     (make("coulomb_friction", "storey2", 0.1, 1e-5), 2e-4, 2e-3),
     (make("hysteresis", "storey1", 300.0, 0.5, 20.0, 300.0), 0.005, 0.01),
     (make("hysteresis", "storey1", 300.0, 0.5, 2.0, 300.0), 0.1, 0.12),
+    (make("microslip", "storey1", 200.0, 1.0, 200.0, 0.004), 0.01, 0.02),
 ]
 
 
@@ -196,14 +198,15 @@ def test_a_law_broadcasts_many_variants_and_grows_with_its_strength(cls):
     drift, rate = AROUND.drift[:40], AROUND.rate[:40]
     state, time = 0.3 * np.sin(np.arange(40.0)), np.arange(40.0)
     if cls.memory:
-        state = start.remember(np.zeros(40), np.zeros(40), drift)
-        together = many.remember(np.zeros((3, 40)), np.zeros(40), drift)
-        np.testing.assert_allclose(together, np.tile(state, (3, 1)), rtol=1e-12)
+        states = start.remember(np.zeros((cls.memory, 40)), np.zeros(40), drift)
+        together = many.remember(np.zeros((cls.memory, 3, 40)), np.zeros(40), drift)
+        np.testing.assert_allclose(together, np.repeat(states[:, None], 3, axis=1), rtol=1e-12)
+        state = states.sum(axis=0)
     one = start.force(drift, rate, state, time)
     np.testing.assert_allclose(many.force(drift, rate, state, time), np.tile(one, (3, 1)))
     twice = start.scaled(2.0)
     if cls.memory:
-        state = twice.remember(np.zeros(40), np.zeros(40), drift)
+        state = twice.remember(np.zeros((cls.memory, 40)), np.zeros(40), drift).sum(axis=0)
     np.testing.assert_allclose(twice.force(drift, rate, state, time), 2 * one, rtol=1e-9)
 
 

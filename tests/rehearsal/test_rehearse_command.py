@@ -32,7 +32,7 @@ def test_it_prints_a_table_and_writes_json(written, tmp_path, capsys):
     assert first["unit"] == "N"
     assert 0 < first["limit"] == first["predicted"]
     assert first["share_of"] == "the elastic force"
-    assert first["mistaken_for"] == "coulomb_friction at storey2"
+    assert first["mistaken_for"] == "microslip at storey1"
     assert "coulomb_friction" in shown.err
 
 

@@ -54,12 +54,12 @@ def picture_of(drift, law):
     grid = np.linspace(drift.min(), drift.max(), 61)
     zero = np.zeros(())
     if not law.memory:
-        latent, memory, cycle = law.force(drift, rate, zero, zero), zero, None
+        latent, cycle = law.force(drift, rate, zero, zero), None
     else:
-        memory, along = zero, []
+        memory, along = np.zeros(law.memory), []
         for last, now in zip(np.concatenate([[0.0], drift[:-1]]), drift, strict=True):
             memory = law.remember(memory, np.asarray(last), np.asarray(now))
-            along.append(float(law.force(np.asarray(now), zero, memory, zero)))
+            along.append(float(law.force(np.asarray(now), zero, memory.sum(), zero)))
         latent = np.array(along)
         cycle = np.column_stack([drift, latent])[256:384]
     shown = None if cycle is not None else law.force(grid, 0 * grid, zero, zero)

@@ -19,6 +19,7 @@ from twin.diagnosis.drawing import far_off, with_tolerance
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.portion import ROUGH, beginning_of
 from twin.diagnosis.screening import directions_of
+from twin.estimation.laws import no_memory
 from twin.estimation.parallel import each
 from twin.estimation.passing import run, silent, simulated
 from twin.estimation.sensitivities import no_slopes, numbers_of, plants_of
@@ -108,13 +109,14 @@ def _left(hypothesis: Hypothesis, z: Array) -> Array:
     out = np.empty((len(here.trials), len(hypothesis.problem.model.outputs)))
     for index, trial in enumerate(here.trials):
         plant = plants[here.which[index]]
-        n, laws = len(plant.A), len(here.laws)
+        n = len(plant.A)
         with np.errstate(all="ignore"):  # what runs away is told by its error
             if plant.driven is None:
                 e = run(here, trial, plant, silent(plant)).e
             else:
-                e = simulated(plant, here, trial, np.zeros(n), np.zeros((n, 0)), np.zeros(laws),
-                              0.0, no_slopes(plant, silent(plant), numbers_of(here))).e  # fmt: skip
+                none = no_slopes(plant, silent(plant), numbers_of(here))
+                e = simulated(plant, here, trial, np.zeros(n), np.zeros((n, 0)),
+                              no_memory(here.laws), 0.0, none).e  # fmt: skip
             measured = np.sum(~np.isnan(trial.y), axis=0)
             out[index] = 0.5 * measured * np.log(np.sum(e**2, axis=0))
     return out

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from twin.estimation.density import density
 from twin.estimation.kalman import EquivalentLinear, gains
 from twin.estimation.law_averages import LawAverages
+from twin.estimation.laws import no_memory
 from twin.estimation.model import Assembly, Model, Trial
 from twin.estimation.passing import (
     Run,
@@ -156,7 +157,7 @@ def _holding(
 
     def simulation(start: Array) -> Simulation:
         return simulated(plant, here, trial, start, np.zeros((len(start), 0)),
-                         np.zeros(len(here.laws)), 0.0, none)  # fmt: skip
+                         no_memory(here.laws), 0.0, none)  # fmt: skip
 
     def likelihood(of: LawAverages, start: Array, there: Simulation) -> float:
         try:

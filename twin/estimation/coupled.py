@@ -10,12 +10,14 @@ import numpy as np
 from twin.estimation.implicit import (
     flow_slopes,
     force_slopes,
+    memory_of,
+    middle_memory,
     rate_share,
     seen_rate,
     solve_force,
     until_zero,
 )
-from twin.estimation.products import along, set_slopes
+from twin.estimation.products import add_row, along, set_slopes
 
 SWEEPS = 20
 """Gauss-Seidel sweeps at most over laws that act on one another."""
@@ -35,13 +37,13 @@ def solve_forces(
     """Set c[first:], (l,), to the laws' forces in the middle of a part of a sample.
 
     Args:
-        laws: addresses of forces and flows, (l, 2).
+        laws: addresses of forces and flows, and parts of memory, (l, 3).
         numbers: of the laws, (l, most).
         ports: displacements, then rates, at the laws' ports, (2 l, n).
         push: what the forces add to displacements and rates at the ports, (2 l, l).
         begun: displacements, then rates, where the part begins, (2 l,).
         free: state at its end without the laws, (n,).
-        z: memories where it begins, (l,).
+        z: memories where it begins, (l, parts).
         solved: slope of each force's equation; kept from part to part, (l,).
         t: time of the middle [s].
         scales: of force, displacement and rate at each port, and how far it yields, (l, 4).
@@ -79,24 +81,25 @@ def force_derivatives(
     The arguments are those of ``solve_forces``, their derivatives with respect to the unknowns,
     ``varied``, the steps of the numbers' differences (l, most), and ``dfree``, the derivatives of
     the state at the end at given forces. The slopes of each memory's flow are left in
-    ``memory_slopes``, (l, 3 + most); ``slopes`` and ``coupled`` are room to work in.
+    ``memory_slopes``, (l, parts, 3 + most); ``slopes`` and ``coupled`` are room to work in.
     """
     count, n, p = len(laws), len(free), df.shape[1]
     coupled[:] = 0.0
     begin, shares = np.zeros(len(slopes)), np.zeros(numbers.shape[1])
+    by_memory = np.zeros(z.shape[1])
     for j in range(count):
         d, v = along(ports[j], free, n), along(ports[count + j], free, n)
         for b in range(count):
             d += push[j, b] * c[first + b]
             v += push[count + j, b] * c[first + b]
-        before, memory = begun[j], z[j]
-        by = memory_slopes[j]
-        if laws[j, 1]:
-            memory = 0.5 * (z[j] + flow_slopes(
-                laws[j], numbers[j], varied[j], z[j], before, d, scales[j], by))  # fmt: skip
+        before, by, parts = begun[j], memory_slopes[j], laws[j, 2]
+        held_so_far = memory_of(laws[j], z[j])
+        memory = middle_memory(laws[j], z[j], before, d, numbers[j].ctypes.data)
+        flow_slopes(laws[j], numbers[j], varied[j], z[j], before, d, scales[j], by)
         yielding, ev, s = scales[j, 3], push[count + j, j], begun[count + j]
         held = 1.0 - yielding
-        a = rate_share(laws[j], numbers[j].ctypes.data, before, z[j], held * ev, t, scales[j, 2])
+        a = rate_share(laws[j], numbers[j].ctypes.data, before, held_so_far, held * ev, t,
+                       scales[j, 2])  # fmt: skip
         rate = seen_rate(before, s, v, d, a, yielding, part_s)
         force_slopes(laws[j], numbers[j], varied[j], 0.5 * (before + d), rate, memory, t, scales[j],
                      slopes)  # fmt: skip
@@ -105,35 +108,39 @@ def force_derivatives(
             if varied[j, q] != 0.0:  # the share depends on the numbers, too
                 kept, step = numbers[j, q], WIDER * varied[j, q]
                 numbers[j, q] = kept + step
-                moved = rate_share(laws[j], numbers[j].ctypes.data, before, z[j], held * ev, t,
-                                   scales[j, 2])  # fmt: skip
+                moved = rate_share(laws[j], numbers[j].ctypes.data, before, held_so_far, held * ev,
+                                   t, scales[j, 2])  # fmt: skip
                 numbers[j, q] = kept
                 shares[q] = (moved - a) / step
                 slopes[3 + q] += held * slopes[1] * (v - s) * shares[q]
         half_d, half_z, end_v = 0.5 * slopes[0], 0.5 * slopes[2], held * a * slopes[1]
         moving = yielding / part_s * slopes[1]
-        by_start, by_end, by_memory, without = half_d - moving, half_d + moving, 0.0, 0.0
-        if laws[j, 1]:
-            by_memory = half_z * (1.0 + by[0])
-            by_start += half_z * by[1]
-            by_end += half_z * by[2]
+        by_start, by_end, without = half_d - moving, half_d + moving, 0.0
+        for i in range(parts):
+            by_memory[i] = half_z * (1.0 + by[i, 0])
+            by_start += half_z * by[i, 1]
+            by_end += half_z * by[i, 2]
             for q in range(3, len(slopes)):
-                slopes[q] += half_z * by[q]
-        slopes[0], slopes[1], slopes[2] = by_start, held * slopes[1] - end_v, by_memory
+                slopes[q] += half_z * by[i, q]
+        slopes[0], slopes[1], slopes[2] = by_start, held * slopes[1] - end_v, 0.0
         f = c[first + j]
-        w, f1, e1 = until_zero(laws[j], numbers[j].ctypes.data, before, s, v - ev * f, z[j], ev, t,
-                               a, yielding)  # fmt: skip
+        w, f1, e1 = until_zero(laws[j], numbers[j].ctypes.data, before, s, v - ev * f, held_so_far,
+                               ev, t, a, yielding)  # fmt: skip
         if 0.0 < w < 1.0:  # the force that the part begins with, and until when
             by_end, end_v = (1.0 - w) * by_end, (1.0 - w) * end_v
             late = held * (2.0 * a - 1.0) * (f1 - f) / ((1.0 - w) * (s - e1) ** 2)
             without = late * s
-            force_slopes(laws[j], numbers[j], varied[j], before, s, z[j], t, scales[j], begin)
+            force_slopes(laws[j], numbers[j], varied[j], before, s, held_so_far, t, scales[j],
+                         begin)  # fmt: skip
             for q in range(len(slopes)):
                 slopes[q] = (1.0 - w) * slopes[q] + (w + without * ev) * begin[q]
-            slopes[1] -= late * e1
+            for i in range(parts):
+                by_memory[i] = (1.0 - w) * by_memory[i] + slopes[2]
+            slopes[1], slopes[2] = slopes[1] - late * e1, 0.0
             for q in range(len(shares)):
                 slopes[3 + q] += held * 2.0 * shares[q] * s / (s - e1) * (f1 - f) / (1.0 - w)
-        set_slopes(df[j], slopes, dbegun[j], dbegun[count + j], dz[j], dnumbers[j])
+        set_slopes(df[j], slopes, dbegun[j], dbegun[count + j], dz[j, 0], dnumbers[j])
+        add_row(df[j], by_memory, 0, dz[j], parts)
         for i in range(n):
             g = by_end * ports[j, i] + (end_v + without) * ports[count + j, i]
             if g != 0.0:

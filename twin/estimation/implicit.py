@@ -51,6 +51,24 @@ SUDDEN = 4
 a friction that holds should know nothing of an error of the rate that it begins with."""
 
 
+@numba.njit(nogil=True, cache=True, forceinline=True)
+def memory_of(law, z):
+    """Return a law's memory, the sum of its parts z."""
+    total = 0.0
+    for i in range(law[2]):
+        total += z[i]
+    return total
+
+
+@numba.njit(nogil=True, cache=True, forceinline=True)
+def middle_memory(law, z, before, after, numbers):
+    """Return a law's memory in the middle of a change of displacement, from its parts z."""
+    total = 0.0
+    for i in range(law[2]):
+        total += 0.5 * (z[i] + call_flow(law[1], z[i], float(i), before, after, numbers))
+    return total
+
+
 @numba.njit(nogil=True, cache=True)
 def rate_share(law, numbers, d, z, ev, t, scale):
     """Return the share a of the rate at the end in the rate that the law sees.
@@ -93,9 +111,7 @@ def middle_force(law, numbers, before, d, v, z, ed, ev, f, t, w, first):
     The arguments are those of ``solve_force``, but v and ev are of the rate that the law sees.
     """
     after = d + ed * f
-    memory = z
-    if law[1]:
-        memory = 0.5 * (z + call_flow(law[1], z, before, after, numbers))
+    memory = middle_memory(law, z, before, after, numbers)
     then = call_force(law[0], 0.5 * (before + after), v + ev * f, memory, t, numbers)
     return w * first + (1.0 - w) * then
 
@@ -120,7 +136,7 @@ def solve_force(law, numbers, before, begun, d, v, z, ed, ev, guess, slope, t, s
         begun: rate there.
         d: displacement at its end without this force.
         v: rate there.
-        z: memory where it begins.
+        z: parts of its memory where it begins, (parts,).
         ed: what this force adds to the displacement at the end, a newton.
         ev: the same of the rate.
         guess: of the force.
@@ -129,9 +145,9 @@ def solve_force(law, numbers, before, begun, d, v, z, ed, ev, guess, slope, t, s
         scales: of force, displacement and rate at the port, and how far it yields, (4,).
         part_s: length of the part [s].
     """
-    scale, f, yielding = scales[0], guess, scales[3]
-    a = rate_share(law, numbers, before, z, (1.0 - yielding) * ev, t, scales[2])
-    w, first, _ = until_zero(law, numbers, before, begun, v, z, ev, t, a, yielding)
+    scale, f, yielding, memory = scales[0], guess, scales[3], memory_of(law, z)
+    a = rate_share(law, numbers, before, memory, (1.0 - yielding) * ev, t, scales[2])
+    w, first, _ = until_zero(law, numbers, before, begun, v, memory, ev, t, a, yielding)
     v = seen_rate(before, begun, v, d, a, yielding, part_s)
     ev = seen_rate(0.0, 0.0, ev, ed, a, yielding, part_s)
     error = f - middle_force(law, numbers, before, d, v, z, ed, ev, f, t, w, first)
@@ -215,25 +231,27 @@ def force_slopes(law, row, steps, d, v, z, t, scale, out):
 
 @numba.njit(nogil=True, cache=True)
 def flow_slopes(law, row, steps, z, before, after, scale, out):
-    """Return the memory after, and fill its slopes: by memory, displacement before and after, ...
+    """Fill the slopes of the parts of a memory: by itself, displacement before and after, ...
 
-    ... then by the law's numbers, (3 + most,). Arguments as those of ``force_slopes``.
+    ... then by the law's numbers, (parts, 3 + most). Arguments as those of ``force_slopes``, but z,
+    the parts, (parts,).
     """
     at = row.ctypes.data
-    here = call_flow(law[1], z, before, after, at)
-    h = DIFFERENCE * scale[0]
-    out[0] = (call_flow(law[1], z + h, before, after, at) - here) / h
-    h = DIFFERENCE * scale[1]
-    out[1] = (call_flow(law[1], z, before + h, after, at) - here) / h
-    out[2] = (call_flow(law[1], z, before, after + h, at) - here) / h
-    for q in range(len(row)):
-        out[3 + q] = 0.0
-        if steps[q] != 0.0:
-            kept = row[q]
-            row[q] = kept + steps[q]
-            out[3 + q] = (call_flow(law[1], z, before, after, at) - here) / steps[q]
-            row[q] = kept
-    return here
+    for i in range(law[2]):
+        part, slopes = float(i), out[i]
+        here = call_flow(law[1], z[i], part, before, after, at)
+        h = DIFFERENCE * scale[0]
+        slopes[0] = (call_flow(law[1], z[i] + h, part, before, after, at) - here) / h
+        h = DIFFERENCE * scale[1]
+        slopes[1] = (call_flow(law[1], z[i], part, before + h, after, at) - here) / h
+        slopes[2] = (call_flow(law[1], z[i], part, before, after + h, at) - here) / h
+        for q in range(len(row)):
+            slopes[3 + q] = 0.0
+            if steps[q] != 0.0:
+                kept = row[q]
+                row[q] = kept + steps[q]
+                slopes[3 + q] = (call_flow(law[1], z[i], part, before, after, at) - here) / steps[q]
+                row[q] = kept
 
 
 @numba.njit(nogil=True, cache=True)

@@ -26,22 +26,26 @@ MOST_NUMBERS = 24
 REAL = types.float64
 NUMBERS = types.CPointer(REAL)
 FORCE = REAL(REAL, REAL, REAL, REAL, NUMBERS)
-FLOW = REAL(REAL, REAL, REAL, NUMBERS)
+FLOW = REAL(REAL, REAL, REAL, REAL, NUMBERS)
 
 
 @dataclass(frozen=True)
 class Law:
-    """f(d, v, z, t, *numbers), and what its memory z becomes as the displacement changes.
+    """f(d, v, z, t, *numbers), and what its memory becomes as the displacement changes.
 
     Attributes:
         force: of displacement, rate, memory, time and ``count`` numbers; opposes positive d [N].
-        flow: of memory, displacement before and after, and the numbers; None without memory.
+            The memory is the sum of its parts.
+        flow: of one part of the memory, which part it is, displacement before and after, and the
+            numbers; None without memory.
         count: numbers that it takes.
+        parts: of its memory.
     """
 
     force: Callable[..., Any]
     flow: Callable[..., Any] | None
     count: int
+    parts: int = 1
 
 
 @cache
@@ -50,7 +54,7 @@ def _compiled(law: Law) -> tuple[Any, Any]:
     force = _with_one_signature(law.force, "d, v, z, t", law.count, FORCE)
     if law.flow is None:
         return force, None
-    return force, _with_one_signature(law.flow, "z, before, after", law.count, FLOW)
+    return force, _with_one_signature(law.flow, "z, part, before, after", law.count, FLOW)
 
 
 def _with_one_signature(function: Any, arguments: str, count: int, signature: Any) -> Any:
@@ -67,13 +71,19 @@ def _with_one_signature(function: Any, arguments: str, count: int, signature: An
 
 
 def addresses(laws: tuple[Law, ...]) -> NDArray[np.int64]:
-    """Return where each law's compiled force and flow lie, (l, 2); 0 without memory."""
-    out = np.zeros((len(laws), 2), np.int64)
+    """Return where each law's compiled force and flow lie, and parts of memory, (l, 3); or 0."""
+    out = np.zeros((len(laws), 3), np.int64)
     for row, law in zip(out, laws, strict=True):
         force, flow = _compiled(law)
         row[0] = force.address
-        row[1] = flow.address if flow is not None else 0
+        if flow is not None:
+            row[1:] = flow.address, law.parts
     return out
+
+
+def no_memory(laws: tuple[Law, ...]) -> Array:
+    """Return the memories of laws that have not moved, (l, most parts)."""
+    return np.zeros((len(laws), max((law.parts for law in laws), default=1)))
 
 
 def _caller(reals: int) -> Any:
@@ -99,30 +109,31 @@ def call_force(context, address, d, v, z, t, numbers):
 
 
 @intrinsic
-def call_flow(context, address, z, before, after, numbers):
-    """Call a compiled flow; ``numbers`` is the address of its numbers."""
-    return _caller(3)(context, address)
+def call_flow(context, address, z, part, before, after, numbers):
+    """Call a compiled flow; ``numbers`` is the address of its numbers, ``part`` a real number."""
+    return _caller(4)(context, address)
 
 
 def memory_along(law: Law, numbers: Array, drift: Array) -> Array:
     """Return a law's memory along a displacement that begins without memory, (samples,).
+
+    It is the sum of its parts.
 
     Args:
         law: the law.
         numbers: of the law, (count,).
         drift: displacement at its port [m or rad], (samples,).
     """
-    flow = addresses((law,))[0, 1]
-    if not flow:
-        return np.zeros(len(drift))
-    return np.asarray(_followed(flow, np.array(numbers, float), np.ascontiguousarray(drift)))
+    address = addresses((law,))[0]
+    z = no_memory((law,))[0]
+    return np.asarray(_followed(address, z, np.array(numbers, float), np.ascontiguousarray(drift)))
 
 
 @numba.njit(nogil=True, cache=True)
-def _followed(flow, numbers, drift):
+def _followed(law, z, numbers, drift):
     out = np.zeros(len(drift))
-    z = 0.0
     for k in range(1, len(drift)):
-        z = call_flow(flow, z, drift[k - 1], drift[k], numbers.ctypes.data)
-        out[k] = z
+        for i in range(law[2]):
+            z[i] = call_flow(law[1], z[i], float(i), drift[k - 1], drift[k], numbers.ctypes.data)
+            out[k] += z[i]
     return out

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from twin.estimation.kalman import Gains
 from twin.estimation.law_averages import LawAverages
-from twin.estimation.laws import addresses
+from twin.estimation.laws import addresses, no_memory
 from twin.estimation.model import Assembly, Trial
 from twin.estimation.sensitivities import (
     Slopes,
@@ -43,7 +43,7 @@ class Run:
         e: innovations, (samples, m); zero where nothing was measured.
         de: their derivatives, (samples, m, p); p = 0 without.
         x: states before each sample, (samples, n).
-        z: memories of the laws, (samples, l).
+        z: memories of the laws, (samples, l, parts).
         f: forces of the laws at the samples, (samples, l).
         gains: of the predictor.
         sampled: the sampled system.
@@ -112,7 +112,7 @@ def run(
         gain: gains of the predictor.
         slopes: derivatives with respect to p unknowns; without, only the first state changes.
         x0: state before the first sample, (n,), or rest.
-        z0: memories of the laws before it, (l,), or zero.
+        z0: memories of the laws before it, (l, parts), or zero.
         begin_s: time of the first sample [s].
         dx0: derivatives of the first state, (n, p).
         averages: what the laws do on the average of the motion; they blur nothing without.
@@ -125,7 +125,7 @@ def run(
     first = np.zeros(n) if x0 is None else c(x0, dtype=float)
     begun = averages.start if x0 is None and averages.start is not None else first
     dfirst = np.zeros((n, p)) if dx0 is None else c(dx0[:, d.order])
-    memories = np.zeros(len(numbers)) if z0 is None else c(z0, dtype=float)
+    memories = no_memory(assembly.laws) if z0 is None else c(z0, dtype=float)
     trust = trust_in(gain, averages.blur)
     if plant.driven is None:
         passed = _stepped(
@@ -149,7 +149,8 @@ def _stepped(
     """Return innovations, their derivatives, states, memories and forces of a plant with laws."""
     (samples, m), laws, c = trial.y.shape, len(assembly.laws), np.ascontiguousarray
     e, de = np.empty((samples, m)), np.empty((samples, m, len(d.order)))
-    x, z, f = np.empty((samples, len(x0))), np.empty((samples, laws)), np.empty((samples, laws))
+    x, f = np.empty((samples, len(x0))), np.empty((samples, laws))
+    z = np.empty((samples, *z0.shape))
     step, read, dstep, dread = step_matrix(plant), read_matrix(plant), d.step, d.read
     u, between, ramps = trial.u, trial.between, (~assembly.held).astype(float)
     if d.missed.size:
@@ -180,7 +181,7 @@ def simulated(
         trial: the recording.
         x0: state before the first sample, (n,).
         dx0: its derivatives, (n, q).
-        z0: memories of the laws there, (l,).
+        z0: memories of the laws there, (l, parts).
         begin_s: time of the first sample [s].
         d: derivatives.
     """
@@ -191,7 +192,8 @@ def simulated(
     fine = trial.finely(assembly.held, plant.steps)
     parts = samples * plant.steps + weights.shape[1]
     forces, dforces = np.empty((parts, laws)), np.empty((parts, laws, q))
-    ports, z = np.vstack([plant.system.drift, plant.system.rate]), np.empty((samples, laws))
+    ports = np.vstack([plant.system.drift, plant.system.rate])
+    z = np.empty((samples, *z0.shape))
     modes = plant.driven.simulated.modes
     simulate(addresses(assembly.laws), modes.of_step(simulation_matrix(plant)), modes.near,
              ports @ modes.to, numbers, c(fine), modes.back @ x0, z0, begin_s, plant.steps,
@@ -202,14 +204,15 @@ def simulated(
     filtered(forces, dforces, weights, plant.steps, more, du)
     e, de, x = np.empty((samples, m)), np.empty((samples, m, q)), np.empty((samples, len(x0)))
     none, n, held = np.zeros((samples, 0)), len(x0), own.W.shape[1]
+    still = no_memory(())
     predict(
         addresses(()), step_matrix(own), read_matrix(own), np.zeros((0, n)), numbers[:0],
         np.zeros((1, n + held, m)), np.zeros((0, 0, 0)),
         np.hstack([trial.u, more[:, :laws], 0 * more[:, laws:]]), np.hstack([trial.between, more]),
-        du if q else np.zeros((0, 0, 0)), c(trial.y), x0, z0[:0], begin_s, 1, trial.step_s,
+        du if q else np.zeros((0, 0, 0)), c(trial.y), x0, still, begin_s, 1, trial.step_s,
         np.concatenate([ramps, np.zeros(driven)]), np.ones((0, 4)), d.step, d.read,
-        np.zeros((1, n + held, m, q)), d.numbers[:0], dx0, np.arange(q), e, de, x, none.copy(),
-        none.copy(),
+        np.zeros((1, n + held, m, q)), d.numbers[:0], dx0, np.arange(q), e, de, x,
+        np.zeros((samples, *still.shape)), none.copy(),
     )  # fmt: skip
     measured = ~np.isnan(trial.y)
     if d.missed.size:
@@ -240,7 +243,7 @@ def deviations(
     """
     (samples, m), n, p = beyond.e.shape, len(plant.A), len(d.order)
     e, de, x = np.empty((samples, m)), np.empty((samples, m, p)), np.empty((samples, n))
-    none, systems = np.zeros((samples, 0)), d.deviating.shape[2]
+    still, systems = no_memory(()), d.deviating.shape[2]
     dstep = np.concatenate([d.deviating, np.zeros((n, 2 * m, systems))], axis=1)
     dread = np.concatenate([d.read_deviating, np.zeros((m, m, systems))], axis=1)
     # what lies beyond the simulation is an input that is taken off readings of nothing
@@ -249,9 +252,10 @@ def deviations(
         np.hstack([plant.system.C, -np.eye(m)]), np.zeros((0, n)), np.zeros((0, 0)),
         gain_matrices(gain), trust, beyond.e, np.zeros((samples, m)),
         beyond.de if beyond.de.size else np.zeros((0, 0, 0)),
-        np.where(np.isnan(trial.y), np.nan, 0.0), x0, np.zeros(0), 0.0, 1, trial.step_s,
+        np.where(np.isnan(trial.y), np.nan, 0.0), x0, still, 0.0, 1, trial.step_s,
         np.zeros(m), np.ones((0, 4)), dstep, dread, d.gain, np.zeros((0, 0, 0)),
-        np.zeros((n, p)), d.order, e, de, x, none.copy(), none.copy(),
+        np.zeros((n, p)), d.order, e, de, x, np.zeros((samples, *still.shape)),
+        np.zeros((samples, 0)),
     )  # fmt: skip
     return e, de, x
 

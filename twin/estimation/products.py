@@ -40,6 +40,14 @@ def add_contracted(out, dM, c):
 
 
 @numba.njit(nogil=True, cache=True, forceinline=True)
+def add_sum(out, g, X, count):
+    """Add g sum_s X[s] to out, (p,), over the first ``count`` rows of X (., p)."""
+    for s in range(count):
+        for a in range(len(out)):
+            out[a] += g * X[s, a]
+
+
+@numba.njit(nogil=True, cache=True, forceinline=True)
 def along(row, c, count):
     """Return sum_i row[i] c[i] over the first ``count``."""
     total = 0.0

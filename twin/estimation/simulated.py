@@ -34,30 +34,30 @@ def simulate(
     Shapes: n states, r inputs, l laws, p unknowns.
 
     In the order of the arguments:
-        laws: addresses of forces and flows, (l, 2).
+        laws: addresses of forces and flows, and parts of memory, (l, 3).
         step: over one part of a sample, by (x, u, u+, f), (n, n + 2 r + l).
         near: the first state that moves each state, and that behind the last one, (n, 2).
         ports: displacements, then rates, at the laws' ports, (2 l, n).
         numbers: of the laws, (l, most).
         fine: inputs where each part of a sample begins, (samples steps, r); the last ones stay.
-        x0, z0: state (n,) and memories (l,) before the first sample.
+        x0, z0: state (n,) and memories (l, parts) before the first sample.
         begin_s, steps, step_s: time of the first sample, parts of a sample, sampling interval.
         scales: of force, displacement and rate at each port, and how far it yields, (l, 4).
         dstep, dnumbers: derivatives with respect to the first of the unknowns, in the last axis.
         dx0: of the first state, (n, p).
         f_out, df_out: filled, (parts, l), (parts, l, p).
-        z_out: memories before each sample, filled, (samples, l).
+        z_out: memories before each sample, filled, (samples, l, parts).
     """
     last, r = len(fine) - 1, fine.shape[1]
     n, p, count = len(x0), dx0.shape[1], len(laws)
     first_f, part_s = n + 2 * r, step_s / steps
     c, free = np.zeros(step.shape[1]), np.zeros(n)
     X, dfree = dx0.copy(), np.zeros((n, p))
-    z, dz, df = z0.copy(), np.zeros((count, p)), np.zeros((count, p))
+    z, dz, df = z0.copy(), np.zeros((*z0.shape, p)), np.zeros((count, p))
     begun, dbegun, dended = np.zeros(2 * count), np.zeros((2 * count, p)), np.zeros((2 * count, p))
     solved = np.ones(count)
     slopes, coupled = np.zeros(3 + numbers.shape[1]), np.zeros((count, count))
-    memory_slopes = np.zeros((count, 3 + numbers.shape[1]))
+    memory_slopes = np.zeros((*z0.shape, 3 + numbers.shape[1]))
     push = ports @ np.ascontiguousarray(step[:, first_f:])
     varied = number_steps(dnumbers)
     c[:n] = x0

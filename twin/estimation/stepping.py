@@ -20,9 +20,9 @@ import numba
 import numpy as np
 
 from twin.estimation.coupled import force_derivatives, solve_forces
-from twin.estimation.implicit import flow_slopes, force_slopes, number_steps
+from twin.estimation.implicit import flow_slopes, force_slopes, memory_of, number_steps
 from twin.estimation.laws import call_flow, call_force
-from twin.estimation.products import add_contracted, add_product, along, set_slopes
+from twin.estimation.products import add_contracted, add_product, add_sum, along, set_slopes
 
 FAR = 1e9
 """Bound of the states: a predictor that runs away gives a finite, hopeless likelihood."""
@@ -39,7 +39,7 @@ def predict(
     Shapes: n states, w held disturbances, r inputs, l laws, m outputs, p unknowns, t gains.
 
     In the order of the arguments:
-        laws: addresses of forces and flows, (l, 2).
+        laws: addresses of forces and flows, and parts of memory, (l, 3).
         step: over one part of a sample, (n, n + w + 2 r + l).
         read: of the outputs, (m, n + r + l).
         ports: displacements, then rates, at the laws' ports, (2 l, n).
@@ -49,7 +49,7 @@ def predict(
         u, between: inputs as the outputs see them, and as they drive the states, (samples, r).
         du: derivatives of the last inputs, (samples, inputs that have some, .): they are held.
         y: measured outputs, (samples, m); NaN where there is none.
-        x0, z0: state (n,) and memories (l,) before the first sample.
+        x0, z0: state (n,) and memories (l, parts) before the first sample.
         begin_s, steps, step_s: time of the first sample, parts of a sample, sampling interval.
         ramps: 1 for inputs that are linear between samples, 0 for held ones, (r,).
         scales: of force, displacement and rate at each port, and how far it yields, (l, 4).
@@ -59,7 +59,7 @@ def predict(
         dx0: derivatives of the first state, (n, p).
         order: where each unknown's column goes in ``de_out``, (p,).
         e_out, de_out, x_out, z_out, f_out: filled, (samples, m), (samples, m, p), (samples, n),
-            (samples, l), (samples, l): the force at each sample.
+            (samples, l, parts), (samples, l): the force at each sample.
     """
     samples, m = y.shape
     n, p, count = len(x0), dgain.shape[3], len(laws)
@@ -71,12 +71,12 @@ def predict(
     X, Y, dfree = np.zeros((n + w, p)), np.zeros((m, p)), np.zeros((n, p))
     e, free, weighed = np.zeros(m), np.zeros(n), np.zeros((m, p))
     doubted = len(trust) > 0
-    z, df, dz = z0.copy(), np.zeros((count, p)), np.zeros((count, p))
+    z, df, dz = z0.copy(), np.zeros((count, p)), np.zeros((*z0.shape, p))
     # displacements and rates at the ports: where a step begins, and their derivatives
     begun, dbegun, dended = np.zeros(2 * count), np.zeros((2 * count, p)), np.zeros((2 * count, p))
     solved = np.ones(count)
     slopes, coupled = np.zeros(3 + numbers.shape[1]), np.zeros((count, count))
-    memory_slopes = np.zeros((count, 3 + numbers.shape[1]))
+    memory_slopes = np.zeros((*z0.shape, 3 + numbers.shape[1]))
     push = ports @ np.ascontiguousarray(step[:, first_f:])
     varied = number_steps(dnumbers)
     c[:n] = x0
@@ -91,7 +91,8 @@ def predict(
         ports_at(ports, c, n, begun)
         for j in range(count):
             d, v = begun[j], begun[count + j]
-            seen[n + r + j] = call_force(laws[j, 0], d, v, z[j], t, numbers[j].ctypes.data)
+            memory = memory_of(laws[j], z[j])
+            seen[n + r + j] = call_force(laws[j, 0], d, v, memory, t, numbers[j].ctypes.data)
             f_out[k, j], z_out[k, j] = seen[n + r + j], z[j]
         for o in range(m):
             e[o] = 0.0 if np.isnan(y[k, o]) else y[k, o] - along(read[o], seen, len(seen))
@@ -100,8 +101,11 @@ def predict(
             derivatives_at_ports(ports, X, n, dbegun)
             for j in range(count):
                 d, v = begun[j], begun[count + j]
-                force_slopes(laws[j], numbers[j], varied[j], d, v, z[j], t, scales[j], slopes)
-                set_slopes(df[j], slopes, dbegun[j], dbegun[count + j], dz[j], dnumbers[j])
+                memory = memory_of(laws[j], z[j])
+                force_slopes(laws[j], numbers[j], varied[j], d, v, memory, t, scales[j], slopes)
+                by_memory, slopes[2] = slopes[2], 0.0
+                set_slopes(df[j], slopes, dbegun[j], dbegun[count + j], dz[j, 0], dnumbers[j])
+                add_sum(df[j], by_memory, dz[j], laws[j, 2])
             Y[:] = 0.0
             add_product(Y, read, 0, X, n)
             add_product(Y, read, n + r, df, count)
@@ -129,9 +133,8 @@ def predict(
             add_contracted(X, dgain[min(k, len(dgain) - 1)], e)
             derivatives_at_ports(ports, X, n, dended)
             for j in range(count):
-                if laws[j, 1]:
-                    flow_slopes(laws[j], numbers[j], varied[j], z[j], begun[j],
-                                along(ports[j], c, n), scales[j], memory_slopes[j])  # fmt: skip
+                flow_slopes(laws[j], numbers[j], varied[j], z[j], begun[j], along(ports[j], c, n),
+                            scales[j], memory_slopes[j])  # fmt: skip
         remember(laws, numbers, ports, c, z, begun, dbegun, dended, dz, dnumbers, memory_slopes)
         if k == samples - 1:
             break
@@ -191,11 +194,13 @@ def derivatives_at_ports(ports, X, n, out):
 @numba.njit(nogil=True, cache=True, forceinline=True)
 def remember(laws, numbers, ports, c, z, begun, dbegun, dended, dz, dnumbers, memory_slopes):
     """Move memories z and their derivatives to where the ports are now, and ``begun`` with them."""
-    count, n, p = len(laws), ports.shape[1], dz.shape[1]
+    count, n, p = len(laws), ports.shape[1], dz.shape[2]
     for j in range(count):
         before, begun[j] = begun[j], along(ports[j], c, n)
         begun[count + j] = along(ports[count + j], c, n)
-        if laws[j, 1]:
-            z[j] = call_flow(laws[j, 1], z[j], before, begun[j], numbers[j].ctypes.data)
+        for i in range(laws[j, 2]):
+            z[j, i] = call_flow(laws[j, 1], z[j, i], float(i), before, begun[j],
+                                numbers[j].ctypes.data)  # fmt: skip
             if p:
-                set_slopes(dz[j], memory_slopes[j], dz[j], dbegun[j], dended[j], dnumbers[j])
+                set_slopes(dz[j, i], memory_slopes[j, i], dz[j, i], dbegun[j], dended[j],
+                           dnumbers[j])  # fmt: skip

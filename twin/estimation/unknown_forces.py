@@ -55,7 +55,7 @@ def unknown_forces(
         motion = np.stack([passed.x @ row for row in rows])
         wide = np.stack([deviation(row) for row in rows])
         linear = deviation(tangent[j])
-        z, time = passed.z[:, j], np.arange(len(out)) * step_s
+        z, time = passed.z[:, j].sum(axis=1), np.arange(len(out)) * step_s
 
         def force(at: Indices, d: Array, v: Array, law=law, j=j, z=z, time=time) -> Array:  # type: ignore[no-untyped-def]
             found = law.force(d, v, z[at], time[at], *here.numbers[j, : law.count])

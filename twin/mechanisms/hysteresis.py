@@ -39,6 +39,7 @@ def law(
 
 def flow(
     memory: Any,
+    part: Any,
     before: Any,
     after: Any,
     stiffness: Any,

@@ -158,7 +158,7 @@ class Law(Mechanism):
     """A force against a port's motion that is not linear in it.
 
     Attributes of the class:
-        memory: 1 where the law has an internal state, else 0.
+        memory: how many internal states the law has.
         abrupt: True where the force has corners, so that an integration needs finer steps.
         jumps: True where the force itself jumps, which an analyser's filter shows as far from it.
         elastic: True where the force is a function of the displacement alone.
@@ -172,9 +172,9 @@ class Law(Mechanism):
     elastic: ClassVar[bool] = False
 
     law: ClassVar[Callable[..., Any]]
-    """f(drift, rate, memory, time, *numbers), for numbers and for arrays that broadcast alike."""
+    """f(drift, rate, sum of the memory, time, *numbers), for numbers and arrays that broadcast."""
     flow: ClassVar[Callable[..., Any] | None] = None
-    """z(memory, before, after, *numbers): the internal state after a change of drift."""
+    """z(memory, which, before, after, *numbers): one internal state after a change of drift."""
 
     @property
     def numbers(self) -> tuple[Any, ...]:
@@ -189,10 +189,10 @@ class Law(Mechanism):
     @property
     def compiled(self) -> Compiled:
         """The law as the predictor steps it."""
-        return Compiled(type(self).law, type(self).flow, len(self.numbers))
+        return Compiled(type(self).law, type(self).flow, len(self.numbers), max(self.memory, 1))
 
     def force(self, drift: Array, rate: Array, memory: Array, time: Array | float) -> Array:
-        """Return the force that opposes positive drift [N], broadcast over the motion."""
+        """Return the force that opposes positive drift [N], with the sum of the internal states."""
         return np.asarray(type(self).law(drift, rate, memory, time, *self.numbers))
 
     def includes(self, other: Mechanism) -> bool:
@@ -200,9 +200,9 @@ class Law(Mechanism):
         return False
 
     def remember(self, memory: Array, before: Array, after: Array) -> Array:
-        """Return the internal state after the drift went from ``before`` to ``after``."""
-        flow = type(self).flow
-        return memory if flow is None else np.asarray(flow(memory, before, after, *self.numbers))
+        """Return the internal states, (memory, ...), after the drift has changed."""
+        flow: Any = type(self).flow
+        return np.array([flow(z, i, before, after, *self.numbers) for i, z in enumerate(memory)])
 
 
 @dataclass(frozen=True)

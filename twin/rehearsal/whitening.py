@@ -15,6 +15,7 @@ from scipy.linalg import solve_triangular
 
 from twin.errors import ModelError, TwinError
 from twin.estimation.kalman import gains
+from twin.estimation.laws import memory_along
 from twin.estimation.system import Noise, System, sampled
 from twin.mechanisms.mechanism import ChannelFault, Disturbance, Law, Mechanism, StructuralChange
 from twin.model.linear import LinearModel
@@ -141,12 +142,7 @@ class Whitener:
         """Return a law's force along the nominal motion [N], (samples,)."""
         row = self.model.port(law.place)
         drift, rate = self.q @ row, self.v @ row
-        memory, flow = np.zeros(len(drift)), type(law).flow
-        if flow is not None:
-            state = 0.0
-            for k in range(1, len(drift)):
-                state = float(flow(state, drift[k - 1], drift[k], *law.numbers))
-                memory[k] = state
+        memory = memory_along(law.compiled, np.array(law.numbers), drift)
         time = np.arange(len(drift)) / self.trial.rate_hz
         return np.broadcast_to(law.force(drift, rate, memory, time), drift.shape)
 
