@@ -22,7 +22,7 @@ def test_it_loads_with_a_power_of_the_drift(softening):
     law = Microslip("storey1", K, softening, 0.0, REACH)
     drift = np.concatenate([[0.0], np.geomspace(REACH / 100, FARTHEST * REACH, 400)])
     found, true = along(law, drift)[1:], first_loading(drift[1:], softening)
-    assert np.max(np.abs(found / true - 1)) < 0.04
+    assert np.max(np.abs(found / true - 1)) < 0.01
 
 
 def test_nothing_softens_where_the_power_is_one():
@@ -72,10 +72,8 @@ def test_it_takes_over_the_spring_it_replaces():
 
 
 def test_its_corners_are_as_many_as_it_remembers():
-    _, sliders = Microslip("storey1", K, 0.5, 0.0, REACH).sliders()
-    stiffness, limit = np.array(sliders).T
-    assert len(sliders) == SLIDERS == Microslip.memory
+    stiffness, drifts = np.array(Microslip("storey1", K, 0.5, 0.0, REACH).sliders()).T
+    assert len(drifts) == SLIDERS == Microslip.memory
     assert np.all(stiffness > 0)
-    drifts = limit / stiffness
     np.testing.assert_allclose(drifts[1:] / drifts[:-1], RATIO)
     assert drifts[-1] == pytest.approx(FARTHEST * REACH)

@@ -13,22 +13,40 @@ from twin.mechanisms.mechanism import Law, Surroundings
 from twin.mechanisms.scales import TINY, peak
 from twin.parameter import Parameter
 
-SLIDERS, RATIO, FARTHEST = 6, 3.0, 2.0
+SLIDERS, RATIO, FARTHEST = 12, 1.7, 2.0
 """Sliders, ratio of one's drift at yield to the next one's, and the largest one over the reach: the
-curve of first loading is met within 4 % from a hundredth of the reach to twice the reach."""
+curve of first loading is met within 1 % from a hundredth of the reach to twice the reach."""
 
 PART = 0.05
 """Share of a storey's stiffness that is most likely to slip, give or take a factor of seven."""
 
 
-def law(drift: Any, rate: Any, memory: Any, time: Any, elastic: Any, *sliders: Any) -> Any:
+def law(
+    drift: Any, rate: Any, memory: Any, time: Any, elastic: Any, first: Any, second: Any,
+    shortest: Any, power: Any,
+) -> Any:  # fmt: skip
     """Return the sum of the sliders' forces and of what never slips [N]."""
     return memory + elastic * drift
 
 
-def flow(memory: Any, part: Any, before: Any, after: Any, elastic: Any, *sliders: Any) -> Any:
-    """Return the force of one slider after the drift went from ``before`` to ``after``."""
-    stiffness, limit = sliders[int(part)], sliders[int(part) + SLIDERS]
+def flow(
+    memory: Any, part: Any, before: Any, after: Any, elastic: Any, first: Any, second: Any,
+    shortest: Any, power: Any,
+) -> Any:  # fmt: skip
+    """Return the force of one slider after the drift went from ``before`` to ``after``.
+
+    Args:
+        memory: its force.
+        part: which one it is, from 0 on.
+        before, after: the drifts.
+        elastic: stiffness of what never slips.
+        first: stiffness of the slider that yields first.
+        second: of the next one; each later one's is RATIO^(power - 1) of that before it.
+        shortest: drift at which the first one yields.
+        power: of the drift that the force of first loading goes with.
+    """
+    stiffness = first if part < 1 else second * RATIO ** ((part - 1) * (power - 1))
+    limit = stiffness * shortest * RATIO**part
     force = memory + stiffness * (after - before)
     return np.minimum(np.maximum(force, -limit), limit)
 
@@ -81,24 +99,25 @@ class Microslip(Law):
 
     @property
     def numbers(self) -> tuple[Any, ...]:
-        """What never slips [N/m], less what it replaces; stiffnesses and yield forces."""
-        elastic, sliders = self.sliders()
-        stiffnesses, yields = zip(*sliders, strict=True)
-        return (elastic - self.replaced, *stiffnesses, *yields)
-
-    def sliders(self) -> tuple[Any, list[tuple[Any, Any]]]:
-        """Return the stiffness that never slips [N/m], and those and yield forces of the sliders.
+        """Those of ``flow``.
 
         The curve of first loading becomes a polygon; each corner of it is a slider that yields
-        there (Iwan 1966). Beyond the last corner it goes straight on.
+        there (Iwan 1966), with the stiffness that the polygon loses. Beyond the last corner it goes
+        straight on.
         """
-        drifts = FARTHEST * RATIO ** np.arange(1.0, -SLIDERS, -1.0)[::-1]  # over the reach
-        forces = [self.stiffness * d ** (1 / (1 + self.softening)) for d in drifts]
-        steps = np.diff(drifts, prepend=0.0)
-        slopes = [forces[0] / steps[0]]
-        slopes += [(b - a) / s for a, b, s in zip(forces, forces[1:], steps[1:], strict=False)]
-        yielding = zip(slopes, slopes[1:], drifts, strict=False)
-        return slopes[-1], [(a - b, (a - b) * d * self.reach) for a, b, d in yielding]
+        power, shortest = 1 / (1 + self.softening), FARTHEST / RATIO ** (SLIDERS - 1)
+        slope = self.stiffness * shortest ** (power - 1)
+        after = slope * (RATIO**power - 1) / (RATIO - 1)
+        softer = RATIO ** (power - 1)  # from one side of the polygon to the next
+        elastic = after * softer ** (SLIDERS - 1) - self.replaced
+        return elastic, slope - after, after * (1 - softer), shortest * self.reach, power
+
+    def sliders(self) -> list[tuple[float, float]]:
+        """Return stiffness [N/m] and drift at yield [m] of each slider."""
+        _, first, second, shortest, power = self.numbers
+        each = range(SLIDERS)
+        later = [second * RATIO ** ((i - 1) * (power - 1)) for i in each]
+        return [(later[i] if i else first, shortest * RATIO**i) for i in each]
 
     def priors(self) -> dict[str, tuple[float, float]]:
         """A part of the storey slips, most likely its own, from a thousandth of it to all of it.
@@ -116,14 +135,13 @@ class Microslip(Law):
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Add elasto-plastic tendons along the drift, and one that changes the stiffness."""
         line = Line.of(spec, self.place)
-        elastic, sliders = self.sliders()
         if self.stiffness:
-            for number, (stiffness, yield_force) in enumerate(sliders, start=1):
+            for number, (stiffness, yields) in enumerate(self.sliders(), start=1):
                 slider = line.tendon(f"{self.name}_{number}")
                 slider.stiffness = [stiffness, 0.0, 0.0]
-                slider.springyield = yield_force / stiffness  # as a drift
+                slider.springyield = yields
             step_finely(spec)
-        line.tendon(self.name).stiffness = [elastic - self.replaced, 0.0, 0.0]
+        line.tendon(self.name).stiffness = [self.numbers[0], 0.0, 0.0]
 
     @classmethod
     def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:
