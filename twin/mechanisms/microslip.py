@@ -38,7 +38,8 @@ def flow(
     Args:
         memory: its force.
         part: which one it is, from 0 on.
-        before, after: the drifts.
+        before: the drift before.
+        after: the drift then.
         elastic: stiffness of what never slips.
         first: stiffness of the slider that yields first.
         second: of the next one; each later one's is RATIO^(power - 1) of that before it.
