@@ -93,12 +93,12 @@ def force_derivatives(
             d += push[j, b] * c[first + b]
             v += push[count + j, b] * c[first + b]
         before, by, parts = begun[j], memory_slopes[j], laws[j, 2]
-        held_so_far = memory_of(laws[j], z[j])
+        remembered = memory_of(laws[j], z[j])
         memory = middle_memory(laws[j], z[j], before, d, numbers[j].ctypes.data)
         flow_slopes(laws[j], numbers[j], varied[j], z[j], before, d, scales[j], by)
         yielding, ev, s = scales[j, 3], push[count + j, j], begun[count + j]
         held = 1.0 - yielding
-        a = rate_share(laws[j], numbers[j].ctypes.data, before, held_so_far, held * ev, t,
+        a = rate_share(laws[j], numbers[j].ctypes.data, before, remembered, held * ev, t,
                        scales[j, 2])  # fmt: skip
         rate = seen_rate(before, s, v, d, a, yielding, part_s)
         force_slopes(laws[j], numbers[j], varied[j], 0.5 * (before + d), rate, memory, t, scales[j],
@@ -108,7 +108,7 @@ def force_derivatives(
             if varied[j, q] != 0.0:  # the share depends on the numbers, too
                 kept, step = numbers[j, q], WIDER * varied[j, q]
                 numbers[j, q] = kept + step
-                moved = rate_share(laws[j], numbers[j].ctypes.data, before, held_so_far, held * ev,
+                moved = rate_share(laws[j], numbers[j].ctypes.data, before, remembered, held * ev,
                                    t, scales[j, 2])  # fmt: skip
                 numbers[j, q] = kept
                 shares[q] = (moved - a) / step
@@ -124,13 +124,13 @@ def force_derivatives(
                 slopes[q] += half_z * by[i, q]
         slopes[0], slopes[1], slopes[2] = by_start, held * slopes[1] - end_v, 0.0
         f = c[first + j]
-        w, f1, e1 = until_zero(laws[j], numbers[j].ctypes.data, before, s, v - ev * f, held_so_far,
+        w, f1, e1 = until_zero(laws[j], numbers[j].ctypes.data, before, s, v - ev * f, remembered,
                                ev, t, a, yielding)  # fmt: skip
         if 0.0 < w < 1.0:  # the force that the part begins with, and until when
             by_end, end_v = (1.0 - w) * by_end, (1.0 - w) * end_v
             late = held * (2.0 * a - 1.0) * (f1 - f) / ((1.0 - w) * (s - e1) ** 2)
             without = late * s
-            force_slopes(laws[j], numbers[j], varied[j], before, s, held_so_far, t, scales[j],
+            force_slopes(laws[j], numbers[j], varied[j], before, s, remembered, t, scales[j],
                          begin)  # fmt: skip
             for q in range(len(slopes)):
                 slopes[q] = (1.0 - w) * slopes[q] + (w + without * ev) * begin[q]

@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from twin.mechanisms.edits import Line, step_finely
+from twin.mechanisms.hysteresis import PART
 from twin.mechanisms.mechanism import Law, Surroundings
 from twin.mechanisms.scales import TINY, peak
 from twin.parameter import Parameter
@@ -16,9 +17,6 @@ from twin.parameter import Parameter
 SLIDERS, RATIO, FARTHEST = 12, 1.7, 2.0
 """Sliders, ratio of one's drift at yield to the next one's, and the largest one over the reach: the
 curve of first loading is met within 1 % from a hundredth of the reach to twice the reach."""
-
-PART = 0.05
-"""Share of a storey's stiffness that is most likely to slip, give or take a factor of seven."""
 
 
 def law(
