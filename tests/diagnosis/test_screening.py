@@ -131,7 +131,7 @@ def test_a_delay_to_which_the_twin_has_adjusted_itself_is_followed_though_its_sl
         return [(0.0, 0.0, np.zeros(len(self.names)))] * len(pairs)
 
     monkeypatch.setattr(ScoreTest, "along", flat)
-    first, second = screen(found, h, candidates, moved)
+    first, second = screen(found, h, candidates, moved).followed()
     assert first.candidate.label == ("sensor_delay", "acc_floor1")
     assert second.gain > np.log(len(candidates)), "something is unexplained"
     assert first.gain > second.gain + 100
@@ -187,7 +187,7 @@ def test_an_effect_far_weaker_than_the_first_guess_is_promising():
     fitted = fit(h, start_of(h))
     (score,) = screen(
         fitted, h, [Candidate((guess,), priors_of([guess]))], motions(h.problem, h, fitted.z)
-    )
+    ).followed()
     assert score.gain > 20
     assert score.start.stiffness == pytest.approx(2e4, rel=0.3)
 
@@ -198,7 +198,7 @@ def test_a_light_appendage_is_heard_in_all_samples_at_its_own_frequency():
     blank = Hypothesis(problem)
     fitted = fit(blank, start_of(blank))
     found = candidates_of(problem, blank, fitted)
-    first = screen(fitted, *found)[0]
+    first = screen(fitted, *found).followed()[0]
     assert first.candidate.label == ("appendage", "floor2")
     assert first.start.frequency == pytest.approx(3.1, rel=0.03)
     assert first.start.mass == pytest.approx(5e-4, rel=0.5)
@@ -225,7 +225,7 @@ def test_a_damper_that_the_twins_own_damping_stood_for_promises_what_it_brings()
     here = replace(blank, scales=scales_of(problem, moved))
     starts = Damping.starts("storey2", surroundings(problem, moved, "storey2"))
     candidate = Candidate(starts, priors_of(starts))
-    (score,) = screen(fitted, here, [candidate], moved)
+    (score,) = screen(fitted, here, [candidate], moved).followed()
     grown = added(here, candidate, score.start)
     brought = fit(grown, moved_to(grown, here, fitted.z, score.start))
     gain = brought.log_posterior - fitted.log_posterior

@@ -1,8 +1,8 @@
-"""Which law is worth a fit beside the twin as it is drawn, where the calibrated one is far from it.
+"""What is worth a fit beside the twin as it is drawn, where the calibrated one is far from it.
 
-A twin that lacks a strong law has moved far to stand for it, and no straight line leads back from
-there (``twin.diagnosis.screening``). Beside the nominal twin a law shows in the simulation itself:
-by how much nearer the recordings it is with it.
+A twin that lacks something strong has moved far to stand for it, and no straight line leads back
+from there (``twin.diagnosis.screening``). Beside the nominal twin what is missing shows in the
+simulation itself: by how much nearer the recordings it is with it.
 """
 
 from __future__ import annotations
@@ -19,18 +19,25 @@ from twin.diagnosis.drawing import far_off, with_tolerance
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.portion import ROUGH, beginning_of
 from twin.diagnosis.screening import directions_of
+from twin.estimation.fit import ENOUGH, LONGEST
 from twin.estimation.laws import no_memory
 from twin.estimation.parallel import each
 from twin.estimation.passing import run, silent, simulated
-from twin.estimation.sensitivities import no_slopes, numbers_of, plants_of
-from twin.mechanisms.mechanism import Law, Mechanism
+from twin.estimation.sensitivities import STEP, no_slopes, numbers_of, plants_of
+from twin.mechanisms.mechanism import ChannelFault, Disturbance, Law, Mechanism
 
 Array = NDArray[np.float64]
+_Value = tuple[float, Array, Mechanism]
+"""Rise of the log likelihood, values and the first guess."""
 
 STRONGER = 4.0
-"""By which a first guess is made stronger while that brings the simulation nearer: guesses are made
-for the motion of the calibrated twin, which has what is missing in its damping, and so for laws far
-weaker than what it lacks; a fit finds a strength within a factor of four."""
+"""By which a law's first guess is made stronger while that brings the simulation nearer: guesses
+are made for the motion of the calibrated twin, which has what is missing in its damping, and so for
+laws far weaker than what it lacks; a fit finds a strength within a factor of four."""
+
+STEPS = 8
+"""Steps at most of what is linear, of its own parameters alone: as many as a fit takes whose
+parameters are not far from where they end."""
 
 
 @dataclass(frozen=True)
@@ -51,44 +58,62 @@ class Begun:
 def as_drawn(
     hypothesis: Hypothesis, z: Array, candidates: Sequence[Candidate], tolerance: float
 ) -> list[Begun]:
-    """Return the nominal twin with each law that brings its simulation nearer to the recordings.
+    """Return the nominal twin with each mechanism that brings its simulation nearer.
 
-    The nearest first, each law with its best first guess. What is promised is the rise of the
+    The nearest first, each mechanism with its best first guess. What is promised is the rise of the
     likelihood of the simulation's error, were it white. None where the calibrated twin is near its
     drawing, or something was found already.
 
     Args:
         hypothesis: what was fitted.
         z: its values, (p,).
-        candidates: of any kind.
+        candidates: of any kind; those that no simulation shows are passed over.
         tolerance: of the drawing, as the search began with it.
     """
     if hypothesis.mechanisms or not far_off(hypothesis.problem, z):
         return []
     drawn, nothing = with_tolerance(hypothesis, 0 * z, tolerance)
     short = beginning_of(drawn)
-    before = _left(short, nothing)
-    starts = [(c, law) for c in candidates for law in _weakest(c.starts)]
+    before = _left(_errors(short, nothing))
 
-    def nearest(index: int) -> tuple[Law, float]:
-        candidate, law = starts[index]
-        best, strength = (law, 0.0), 1.0
+    def begun(candidate: Candidate, start: Mechanism) -> _Value:
+        grown = added(short, candidate, start)
+        at = moved_to(grown, short, nothing, start)
+        value = before - _left(_errors(grown, at))
+        return value if np.isfinite(value) else -np.inf, at, start
+
+    def strongest(candidate: Candidate, laws: Sequence[Law]) -> _Value:
+        tried = [begun(candidate, law.scaled(s)) for law in laws for s in (1.0, STRONGER)]
+        best = max(tried, key=lambda v: v[0])
         while True:
-            start = law.scaled(strength)
-            grown = added(short, candidate, start)
-            gain = float(np.sum(before - _left(grown, moved_to(grown, short, nothing, start))))
-            if strength > 1 and not gain > best[1] + ROUGH:
+            found = begun(candidate, best[2].scaled(STRONGER))
+            if not found[0] > max(best[0], 0.0) + ROUGH:
                 return best
-            best, strength = (start, gain), STRONGER * strength
+            best = found
 
-    best = dict[tuple[str, str], Begun]()
-    tried = each(nearest, len(starts))
-    for (candidate, _), (start, found) in zip(starts, tried, strict=True):
-        known = best.get(candidate.label)
-        if np.isfinite(found) and found > (known.gain if known else 0.0):
-            grown = added(drawn, candidate, start)
-            best[candidate.label] = Begun(grown, moved_to(grown, drawn, nothing, start), found)
-    return sorted(best.values(), key=lambda one: -one.gain)
+    def nearest(index: int) -> Begun | None:
+        candidate = shown[index]
+        laws = _weakest(candidate.starts)
+        if laws:
+            gain, at, start = strongest(candidate, laws)
+        else:
+            gain, at, start = max((begun(candidate, s) for s in candidate.starts),
+                                  key=lambda v: v[0])  # fmt: skip
+            at = _nearer(added(short, candidate, start), at) if np.isfinite(gain) else at
+            gain = before - _left(_errors(added(short, candidate, start), at))
+        if not gain > 0:
+            return None
+        return Begun(added(drawn, candidate, start), at, gain)
+
+    shown = [c for c in candidates if _shows(c.starts[0])]
+    found = [one for one in each(nearest, len(shown)) if one is not None]
+    return sorted(found, key=lambda one: -one.gain)
+
+
+def _shows(mechanism: Mechanism) -> bool:
+    """Return whether a simulation shows a mechanism: not a force, or a reading, by chance."""
+    by_chance = isinstance(mechanism, ChannelFault) and mechanism.ranged
+    return not by_chance and not isinstance(mechanism, Disturbance)
 
 
 def _weakest(starts: Sequence[Mechanism]) -> list[Law]:
@@ -102,11 +127,66 @@ def _weakest(starts: Sequence[Mechanism]) -> list[Law]:
     return out
 
 
-def _left(hypothesis: Hypothesis, z: Array) -> Array:
-    """Return minus the log likelihood of a simulation's error, of any level, (recordings, m)."""
-    here = hypothesis.assemble(z)
-    plants = plants_of(here, hypothesis)
-    out = np.empty((len(here.trials), len(hypothesis.problem.model.outputs)))
+def _nearer(hypothesis: Hypothesis, z: Array) -> Array:
+    """Return values with which the simulation is nearest, (p,), the last mechanism's own moved.
+
+    Gauss-Newton steps, damped where they do not climb.
+    """
+    last = hypothesis.mechanisms[-1]
+    titles = {f"{last.name} {last.place} {name}" for name in last.parameters}
+    own = [i for i, u in enumerate(hypothesis.unknowns) if u.name in titles]
+    reach = np.array([LONGEST / u.deviation if u.log else LONGEST for u in hypothesis.unknowns])
+    errors, damping = _errors(hypothesis, z), 1e-3
+    value = _left(errors)
+    for _ in range(STEPS if own else 0):
+        white = _whitened(errors, errors)
+        columns = []
+        for i in own:
+            near = z.copy()
+            near[i] += STEP
+            columns.append((_whitened(_errors(hypothesis, near), errors) - white) / STEP)
+        slopes = np.nan_to_num(np.column_stack(columns))
+        H = slopes.T @ slopes + np.diag(np.full(len(own), ENOUGH))
+        delta = -np.linalg.solve(H + damping * np.diag(np.diag(H)), slopes.T @ white)
+        if np.max(np.abs(delta)) < STEP:
+            break
+        delta /= max(1.0, float(np.max(np.abs(delta) / reach[own])))
+        moved = z.copy()
+        moved[own] += delta
+        there = _errors(hypothesis, moved)
+        gained = value - _left(there)
+        if np.isfinite(gained) and gained > 0:
+            z, errors, value, damping = moved, there, value - gained, damping / 10
+            if gained < ROUGH:
+                break
+        else:
+            damping *= 100
+    return z
+
+
+def _whitened(errors: Sequence[Array], of: Sequence[Array]) -> Array:
+    """Return errors over the RMS of others of the same channels, (N,); what is unknown is zero."""
+    parts = [np.nan_to_num(e / np.sqrt(np.nanmean(o**2, axis=0))) for e, o in
+             zip(errors, of, strict=True)]  # fmt: skip
+    return np.concatenate([part.ravel() for part in parts])
+
+
+def _left(errors: Sequence[Array]) -> float:
+    """Return minus the log likelihood of errors of any level, each (samples, m)."""
+    return float(sum(0.5 * len(e) * np.sum(np.log(np.nanmean(e**2, axis=0))) for e in errors))
+
+
+def _errors(hypothesis: Hypothesis, z: Array) -> list[Array]:
+    """Return the simulation's error in each recording, (samples, m), NaN where none was measured.
+
+    Infinite where there is no such twin.
+    """
+    try:
+        here = hypothesis.assemble(z)
+        plants = plants_of(here, hypothesis)
+    except (ValueError, np.linalg.LinAlgError):
+        return [np.full(trial.y.shape, np.inf) for trial in hypothesis.trials]
+    out = []
     for index, trial in enumerate(here.trials):
         plant = plants[here.which[index]]
         n = len(plant.A)
@@ -117,6 +197,5 @@ def _left(hypothesis: Hypothesis, z: Array) -> Array:
                 none = no_slopes(plant, silent(plant), numbers_of(here))
                 e = simulated(plant, here, trial, np.zeros(n), np.zeros((n, 0)),
                               no_memory(here.laws), 0.0, none).e  # fmt: skip
-            measured = np.sum(~np.isnan(trial.y), axis=0)
-            out[index] = 0.5 * measured * np.log(np.sum(e**2, axis=0))
+        out.append(np.where(np.isnan(trial.y), np.nan, e))
     return out

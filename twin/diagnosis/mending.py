@@ -16,7 +16,7 @@ from twin.arrays import filled
 from twin.diagnosis.measured import Load
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.straight import HoldError, read_error
-from twin.diagnosis.trials import hold_errors, trial_of
+from twin.diagnosis.trials import hold_errors, reread, trial_of
 from twin.estimation.model import Trial
 from twin.mechanisms.mechanism import ChannelFault
 from twin.model.linear import LinearModel
@@ -33,8 +33,10 @@ def mended(problem: Problem, faults: Sequence[ChannelFault]) -> tuple[Trial, ...
     """
     names, split = (*problem.model.inputs, *problem.model.outputs), len(problem.model.inputs)
     lines = problem.cornered & ~problem.held
+    moved = any(fault.of_motor or set(fault.channels) & set(problem.model.inputs)
+                for fault in faults)  # fmt: skip
     out = []
-    for recording in problem.recordings:
+    for index, recording in enumerate(problem.recordings):
         hidden = _hidden(problem, faults, np.isnan(recording.y))
         table = np.hstack([recording.u, filled(recording.y)])
         known = [_at_once(problem, recording.u, at) for at in (problem.held, lines)]
@@ -46,7 +48,7 @@ def mended(problem: Problem, faults: Sequence[ChannelFault]) -> tuple[Trial, ...
                 columns = _undone(problem, fault, columns, known)
         table = np.column_stack([columns[name] for name in names])
         u, y = table[:, :split], np.where(hidden, np.nan, table[:, split:])
-        out.append(trial_of(problem, recording, u, y))
+        out.append(trial_of(problem, recording, u, y) if moved else reread(problem, index, y))
     return tuple(out)
 
 

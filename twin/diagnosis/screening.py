@@ -6,7 +6,7 @@ That is a shortlist, not a verdict.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,10 +35,46 @@ REACH = 50.0
 stronger moves the structure in another way than the twin without it moved."""
 
 
+@dataclass(frozen=True)
+class Screened:
+    """What small changes tell of every candidate, and what they do not tell.
+
+    Attributes:
+        candidates: all of them.
+        test: the score test.
+        scores: first guesses, those of a candidate in any order.
+        valleys: candidates of which short fits would tell more.
+    """
+
+    candidates: tuple[Candidate, ...]
+    test: ScoreTest
+    scores: tuple[Score, ...]
+    valleys: tuple[Candidate, ...]
+
+    def best(self, more: Sequence[Score] = ()) -> list[Score]:
+        """Return the best first guess of every candidate, the most promising first."""
+        best = {c.label: Score(c, c.starts[0], 0.0) for c in self.candidates}
+        for score in (*self.scores, *more):
+            if score.gain > best[score.candidate.label].gain:
+                best[score.candidate.label] = score
+        return sorted(best.values(), key=lambda s: -s.gain)
+
+    def followed(self) -> list[Score]:
+        """Return the same, with what short fits tell."""
+        return self.best(of_valleys(self.test.fit, self.test.linear, self.valleys))
+
+
 def screen(
     fit: Fit, hypothesis: Hypothesis, candidates: Sequence[Candidate], moved: Sequence[Motion]
-) -> list[Score]:
-    """Return the best first guess of every candidate, the most promising first."""
+) -> Screened:
+    """Return what the score test tells of every candidate.
+
+    Args:
+        fit: the present one.
+        hypothesis: what was fitted.
+        candidates: what may be added to it.
+        moved: the motion of each recording.
+    """
     test = ScoreTest(hypothesis, fit)
     laws = [(c, s) for c in candidates for s in c.starts if isinstance(s, Law)]
     scores = _of_laws(test, laws, moved) + _of_pulls(test, candidates, moved)
@@ -92,12 +128,7 @@ def screen(
         valleys += shifting
         hidden = [c for c in candidates if c.label in flat and c.label not in promising]
         valleys += [replace(c, starts=tuple(flat[c.label])) for c in hidden]
-    scores += of_valleys(fit, test.linear, valleys)
-    best = {c.label: Score(c, c.starts[0], 0.0) for c in candidates}
-    for score in scores:
-        if score.gain > best[score.candidate.label].gain:
-            best[score.candidate.label] = score
-    return sorted(best.values(), key=lambda s: -s.gain)
+    return Screened(tuple(candidates), test, tuple(scores), tuple(valleys))
 
 
 def _followed(scores: Sequence[Score], least: float) -> list[Candidate]:

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnosis.as_drawn import Begun, as_drawn
+from twin.diagnosis.as_drawn import as_drawn
 from twin.diagnosis.beginning import (
-    added,
-    attempted,
     beginnings,
-    from_nominal,
     likeliest,
-    moved_to,
     start_of,
 )
 from twin.diagnosis.between import again
@@ -33,13 +30,13 @@ from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.motion import Motion
 from twin.diagnosis.moving import Rival, elsewhere, in_their_place, rivals_of
 from twin.diagnosis.non_parametric import doubtful, in_place_of
-from twin.diagnosis.portion import ROUGH, SURE, beginning_of, on_a_part
 from twin.diagnosis.predict import predictors
 from twin.diagnosis.problem import Problem
+from twin.diagnosis.promising import fitted, grown_by
 from twin.diagnosis.screening import screen
 from twin.diagnosis.sizes import forces, negligible
 from twin.diagnosis.together import families, off_alone
-from twin.diagnosis.valleys import ALIKE, WIDTH, Score, first_of_each
+from twin.diagnosis.valleys import WIDTH, Score, first_of_each
 from twin.estimation.fit import fit
 from twin.estimation.likelihood import evaluate
 from twin.estimation.passing import Run
@@ -110,16 +107,25 @@ def search(
         runs = evaluate(best.hypothesis, best.fit.z, derivatives=False).runs
         candidates = [c for c in offer(moved, runs) if not _included(c, best.hypothesis)]
         cost = float(np.log(max(len(candidates), 2)))
-        scores = screen(best.fit, here, candidates, moved)
+        told = screen(best.fit, here, candidates, moved)
+
+        say = partial(_say, tell, step)
+        # from far off its drawing a twin tells little of what is missing: the drawing tells more
+        drawn = as_drawn(here, best.fit.z, candidates, tolerance)
+        names = [one.hypothesis.mechanisms[-1].name for one in drawn]
+        fits = fitted(here, best, [drawn[i] for i in first_of_each(names)[:WIDTH]], cost, say)
+        fits = [e for e in fits if not says_less(e, candidates)]
+        back = max((e for e in fits if e.log_odds > best.log_odds
+                    and not far_off(e.hypothesis.problem, e.fit.z)),
+                   key=lambda e: e.log_odds, default=None)  # fmt: skip
+        scores = told.followed() if back is None else told.best()
         screened.append(tuple(scores))
         worth = [s for s in scores if s.gain > cost]
-        drawn = as_drawn(here, best.fit.z, candidates, tolerance)[:ALIKE]
         first = first_of_each([s.candidate.label[0] for s in worth])[:WIDTH]
         moves = [[worth[i]] for i in first] + families(here, scores, cost)
-        begun = drawn + [_grown(here, best, scores) for scores in moves]
-        fits = _fitted(here, best, begun, cost, lambda what, step=step: tell(  # type: ignore[misc]
-            f"search step {step}: {what}"))  # fmt: skip
-        fits = [e for e in fits if not says_less(e, candidates)]
+        begun = [grown_by(here, best, scores) for scores in moves]
+        more = fitted(here, best, begun, cost, say, back)
+        fits += [e for e in more if not says_less(e, candidates)]
         fits += off_alone(here, best, candidates, cost)
         fits.sort(key=lambda e: -e.log_odds)
         for explanation in fits:
@@ -170,6 +176,10 @@ def search(
     others = sorted((e for e in tried.values() if e.labels != best.labels),
                     key=lambda e: -e.log_odds)  # fmt: skip
     return Found(nothing, best, tuple(others), tuple(screened), moved)
+
+
+def _say(tell: Callable[[str], None], step: int, what: str) -> None:
+    tell(f"search step {step}: {what}")
 
 
 def _included(candidate: Candidate, h: Hypothesis) -> bool:
@@ -233,68 +243,3 @@ def _ends_in_a_trifle(best: Explanation) -> bool:
         return False  # names that are not found yet may be in a force that nobody measured
     beside = predictors(hypothesis, z)
     return negligible(hypothesis, best.fit, beside, forces(hypothesis, z, beside))[-1]
-
-
-def _fitted(
-    here: Hypothesis, before: Explanation, begun: Sequence[Begun], cost: float,
-    tell: Callable[[str], None],
-) -> list[Explanation]:  # fmt: skip
-    """Return the explanations with what was promising, fitted, the likeliest first.
-
-    A part of the samples says which ones need not be tried, and where the others may begin.
-    """
-    compared = {index: one.z for index, one in enumerate(begun)}
-    if on_a_part(here) is not None:
-        tell(f"comparing {len(begun)} candidates")
-        compared = _compared(begun)
-    fits: list[Explanation] = []
-    for number, (index, z) in enumerate(compared.items()):
-        h = begun[index].hypothesis
-        new = h.mechanisms[len(here.mechanisms) :]
-        place = f"{len(new)} channels" if len(new) > 1 else new[0].place
-        tell(f"fitting {new[0].name} at {place} ({number + 1} of {len(compared)})")
-        top = max(fits, key=lambda e: e.log_odds, default=before)
-        found = explained(h, likeliest(h, [begun[index].z, z])[1], cost, top)
-        if found is not None:
-            fits.append(found)
-    ahead = max((e.log_odds for e in fits), default=0.0)
-    near = [e.log_odds > ahead - 2 * SURE for e in fits]  # what their own ends would tell apart
-    if sum(near) > 1:
-        fits = [converged(e) if close else e for e, close in zip(fits, near, strict=True)]
-    return sorted(fits, key=lambda e: -e.log_odds)
-
-
-def _compared(begun: Sequence[Begun]) -> dict[int, Array]:
-    """Return which hypotheses to fit, and where a part of the samples led: index -> values, (p,).
-
-    The likeliest first, and not those that are behind another one both there and in the screening
-    of all samples.
-    """
-    found: dict[int, tuple[float, Array]] = {}
-    for index, one in enumerate(begun):
-        h, z = one.hypothesis, one.z
-        ahead = max((found[i][0] for i in found if begun[i].gain >= one.gain), default=-np.inf)
-        starts = [z, from_nominal(h, z)] if far_off(h.problem, z) else [z]
-        told = [(-np.inf, z)]
-        for at in starts:
-            part = attempted(beginning_of(h), at, hopeless=ahead - SURE, enough=ROUGH)
-            if part is not None:
-                told.append((part.log_evidence, part.z))
-        found[index] = max(told, key=lambda one: one[0])
-    return {
-        index: z
-        for index, (value, z) in sorted(found.items(), key=lambda item: -item[1][0])
-        if value >= max(found[i][0] for i in found if begun[i].gain >= begun[index].gain) - SURE
-    }
-
-
-def _grown(here: Hypothesis, before: Explanation, scores: Sequence[Score]) -> Begun:
-    """Return the hypothesis with what was screened, and where its fit begins."""
-    grown, z, shift = here, before.fit.z, dict[str, float]()
-    for score in scores:
-        more = added(grown, score.candidate, score.start)
-        grown, z = more, moved_to(more, grown, z, score.start)
-        shift |= score.shift if len(scores) == 1 else {}
-    moved = z + np.array([shift.get(u.name, 0.0) for u in grown.unknowns])
-    _, z = likeliest(grown, [z, *beginnings(grown, moved)])
-    return Begun(grown, z, sum(score.gain for score in scores))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -58,6 +59,24 @@ def trial_of(
         limited = np.concatenate([~problem.cornered, np.ones(problem.pseudo_forces, bool)])
     seen = blur if blur is not None and np.any(blur) else None
     return Trial(u, between, known, problem.step_s, limited, seen, missed)
+
+
+def reread(problem: Problem, index: int, y: Array) -> Trial:
+    """Return a recording as the likelihood sees it, its inputs as they are.
+
+    Args:
+        problem: whose recording it is.
+        index: of the recording.
+        y: other outputs than its own, (samples, m).
+    """
+    recording, trial = problem.recordings[index], problem.trials[index]
+    known = np.array(y)
+    known[len(known) - EDGE :] = np.nan
+    if trial.missed is not None:
+        known -= trial.missed
+    if problem.geometry is not None and recording.geometric is not None:
+        known -= recording.geometric.readings
+    return replace(trial, y=known)
 
 
 def hold_errors(problem: Problem, structure: LinearModel) -> dict[Load, HoldError]:

@@ -1,0 +1,99 @@
+"""What was promising, fitted: on a part of the samples first, then on all."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.diagnosis.as_drawn import Begun
+from twin.diagnosis.beginning import added, attempted, beginnings, from_nominal, likeliest, moved_to
+from twin.diagnosis.drawing import far_off
+from twin.diagnosis.explanation import Explanation, converged, explained
+from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.portion import ROUGH, SURE, beginning_of, on_a_part
+from twin.diagnosis.valleys import Score
+
+Array = NDArray[np.float64]
+
+
+def fitted(
+    here: Hypothesis, before: Explanation, begun: Sequence[Begun], cost: float,
+    tell: Callable[[str], None], ahead: Explanation | None = None,
+) -> list[Explanation]:  # fmt: skip
+    """Return the explanations with what was promising, fitted, the likeliest first.
+
+    A part of the samples says which ones need not be tried, and where the others may begin.
+
+    Args:
+        here: the hypothesis that they grow from.
+        before: its explanation.
+        begun: what was promising.
+        cost: of each mechanism [nat].
+        tell: is told each fit.
+        ahead: an explanation that they must come near.
+    """
+    compared = {index: one.z for index, one in enumerate(begun)}
+    if on_a_part(here) is not None:
+        tell(f"comparing {len(begun)} candidates")
+        compared = _compared(begun, -np.inf if ahead is None else on_the_part(ahead))
+    fits: list[Explanation] = []
+    for number, (index, z) in enumerate(compared.items()):
+        h = begun[index].hypothesis
+        new = h.mechanisms[len(here.mechanisms) :]
+        place = f"{len(new)} channels" if len(new) > 1 else new[0].place
+        tell(f"fitting {new[0].name} at {place} ({number + 1} of {len(compared)})")
+        top = max(fits, key=lambda e: e.log_odds, default=ahead or before)
+        found = explained(h, likeliest(h, [begun[index].z, z])[1], cost, top)
+        if found is not None:
+            fits.append(found)
+    most = max((e.log_odds for e in fits), default=0.0)
+    near = [e.log_odds > most - 2 * SURE for e in fits]  # what their own ends would tell apart
+    if sum(near) > 1:
+        fits = [converged(e) if close else e for e, close in zip(fits, near, strict=True)]
+    return sorted(fits, key=lambda e: -e.log_odds)
+
+
+def _compared(begun: Sequence[Begun], least: float) -> dict[int, Array]:
+    """Return which hypotheses to fit, and where a part of the samples led: index -> values, (p,).
+
+    The likeliest first, and not those that are behind another one both there and in the screening
+    of all samples. None that are behind ``least`` on the part.
+    """
+    found: dict[int, tuple[float, Array]] = {}
+    for index, one in enumerate(begun):
+        h, z = one.hypothesis, one.z
+        ahead = max((found[i][0] for i in found if begun[i].gain >= one.gain), default=-np.inf)
+        ahead = max(ahead, least)
+        starts = [z, from_nominal(h, z)] if far_off(h.problem, z) else [z]
+        told = [(-np.inf, z)]
+        for at in starts:
+            part = attempted(beginning_of(h), at, hopeless=ahead - SURE, enough=ROUGH)
+            if part is not None:
+                told.append((part.log_evidence, part.z))
+        found[index] = max(told, key=lambda one: one[0])
+    return {
+        index: z
+        for index, (value, z) in sorted(found.items(), key=lambda item: -item[1][0])
+        if value
+        >= max([least, *(found[i][0] for i in found if begun[i].gain >= begun[index].gain)]) - SURE
+    }
+
+
+def grown_by(here: Hypothesis, before: Explanation, scores: Sequence[Score]) -> Begun:
+    """Return the hypothesis with what was screened, and where its fit begins."""
+    grown, z, shift = here, before.fit.z, dict[str, float]()
+    for score in scores:
+        more = added(grown, score.candidate, score.start)
+        grown, z = more, moved_to(more, grown, z, score.start)
+        shift |= score.shift if len(scores) == 1 else {}
+    moved = z + np.array([shift.get(u.name, 0.0) for u in grown.unknowns])
+    _, z = likeliest(grown, [z, *beginnings(grown, moved)])
+    return Begun(grown, z, sum(score.gain for score in scores))
+
+
+def on_the_part(explanation: Explanation) -> float:
+    """Return the log evidence of an explanation on a part of the samples, -inf without one."""
+    found = attempted(beginning_of(explanation.hypothesis), explanation.fit.z, enough=ROUGH)
+    return -np.inf if found is None else found.log_evidence
