@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from diagnosis_support import lumped, recorded
 
-from twin.diagnosis.as_drawn import STRONGER, as_drawn
+from twin.diagnosis.as_drawn import STRONGER, as_drawn, beside_the_drawing
 from twin.diagnosis.beginning import start_of
 from twin.diagnosis.candidates import Candidate, motions, priors_of, scales_of, surroundings
 from twin.diagnosis.drawing import far_off
@@ -41,7 +41,7 @@ def test_friction_that_a_calibration_stands_for_is_nearest_beside_the_drawing(pl
     blank, z, candidates = calibrated(law)
     assert far_off(blank.problem, z)
     first, second, *_ = as_drawn(blank, z, candidates, TOLERANCE)
-    (found,) = first.hypothesis.mechanisms
+    found = first.start
     assert (found.name, found.place) == (law.name, law.place)
     assert first.gain > second.gain + 100
     assert law.sliding_force / STRONGER < found.values["force"] < STRONGER * law.sliding_force
@@ -49,10 +49,11 @@ def test_friction_that_a_calibration_stands_for_is_nearest_beside_the_drawing(pl
     there = next(c for c in candidates if c.label == (law.name, law.place))
     assert all(STRONGER * s.values["force"] < law.sliding_force for s in there.starts)
     # it begins with the drawing, as well as that is known
+    begun = beside_the_drawing(blank, first, TOLERANCE)
     count = len(blank.problem.base_unknowns)
-    assert first.hypothesis.problem.tolerance == TOLERANCE
-    assert not np.any(first.z[:count])
-    part = fit(first.hypothesis, first.z)
+    assert begun.hypothesis.problem.tolerance == TOLERANCE
+    assert not np.any(begun.z[:count])
+    part = fit(begun.hypothesis, begun.z)
     assert part.log_evidence > fit(blank, z).log_evidence + 100
 
 

@@ -19,6 +19,7 @@ from twin.diagnosis.drawing import far_off, with_tolerance
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.portion import ROUGH, beginning_of
 from twin.diagnosis.screening import directions_of
+from twin.diagnosis.valleys import Score
 from twin.estimation.fit import ENOUGH, LONGEST
 from twin.estimation.laws import no_memory
 from twin.estimation.parallel import each
@@ -57,12 +58,11 @@ class Begun:
 
 def as_drawn(
     hypothesis: Hypothesis, z: Array, candidates: Sequence[Candidate], tolerance: float
-) -> list[Begun]:
-    """Return the nominal twin with each mechanism that brings its simulation nearer.
+) -> list[Score]:
+    """Return each mechanism with which the nominal twin's simulation comes nearer, nearest first.
 
-    The nearest first, each mechanism with its best first guess. What is promised is the rise of the
-    likelihood of the simulation's error, were it white. None where the calibrated twin is near its
-    drawing, or something was found already.
+    What is promised is the rise of the likelihood of the simulation's error, were it white. None
+    where the calibrated twin is near its drawing, or something was found already.
 
     Args:
         hypothesis: what was fitted.
@@ -83,15 +83,16 @@ def as_drawn(
         return value if np.isfinite(value) else -np.inf, at, start
 
     def strongest(candidate: Candidate, laws: Sequence[Law]) -> _Value:
-        tried = [begun(candidate, law.scaled(s)) for law in laws for s in (1.0, STRONGER)]
-        best = max(tried, key=lambda v: v[0])
+        best = max((begun(candidate, law.scaled(STRONGER)) for law in laws), key=lambda v: v[0])
+        if not best[0] > 0:
+            return max((begun(candidate, law) for law in laws), key=lambda v: v[0])
         while True:
             found = begun(candidate, best[2].scaled(STRONGER))
             if not found[0] > max(best[0], 0.0) + ROUGH:
                 return best
             best = found
 
-    def nearest(index: int) -> Begun | None:
+    def nearest(index: int) -> Score | None:
         candidate = shown[index]
         laws = _weakest(candidate.starts)
         if laws:
@@ -103,14 +104,27 @@ def as_drawn(
             gain = before - _left(_errors(added(short, candidate, start), at))
         if not gain > 0:
             return None
-        return Begun(added(drawn, candidate, start), at, gain)
+        return Score(candidate, added(short, candidate, start).at(at)[-1], gain)
 
-    shown = [c for c in candidates if _shows(c.starts[0])]
+    shown = [c for c in candidates if shows(c.starts[0])]
     found = [one for one in each(nearest, len(shown)) if one is not None]
     return sorted(found, key=lambda one: -one.gain)
 
 
-def _shows(mechanism: Mechanism) -> bool:
+def beside_the_drawing(hypothesis: Hypothesis, score: Score, tolerance: float) -> Begun:
+    """Return the nominal twin with what was promising.
+
+    Args:
+        hypothesis: what was fitted.
+        score: of ``as_drawn``.
+        tolerance: of the drawing, as the search began with it.
+    """
+    drawn, z = with_tolerance(hypothesis, np.zeros(len(hypothesis.unknowns)), tolerance)
+    grown = added(drawn, score.candidate, score.start)
+    return Begun(grown, moved_to(grown, drawn, z, score.start), score.gain)
+
+
+def shows(mechanism: Mechanism) -> bool:
     """Return whether a simulation shows a mechanism: not a force, or a reading, by chance."""
     by_chance = isinstance(mechanism, ChannelFault) and mechanism.ranged
     return not by_chance and not isinstance(mechanism, Disturbance)

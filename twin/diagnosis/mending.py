@@ -89,12 +89,18 @@ def read_as_lines(
         return tuple(trials)
     out, outputs = [], problem.model.outputs
     true = _true_inputs(problem, faults)
-    same = missing is None and np.array_equal(true, np.eye(len(true)))
-    for recording, trial in zip(problem.recordings, trials, strict=True):
+    straight = np.array_equal(true, np.eye(len(true)))
+    same = missing is None and straight
+    for index, (recording, trial) in enumerate(zip(problem.recordings, trials, strict=True)):
         before = np.zeros_like(trial.y) if trial.missed is None else trial.missed
         smooth = np.where(problem.cornered, 0.0, trial.u[:, : len(problem.cornered)])
         found = (missing or problem.hold_errors)[recording.load]
-        missed = before.copy() if same else found.of(smooth @ true.T)
+        if same:
+            missed = before.copy()
+        elif straight and trial.u is problem.trials[index].u:
+            missed = found.among(problem.spectra[index], len(smooth))
+        else:
+            missed = found.of(smooth @ true.T)
         for fault in faults:
             instrument = fault.instrument(0.0) if set(fault.channels) <= set(outputs) else None
             if instrument is None:

@@ -16,7 +16,7 @@ from twin.diagnosis.measured import NOISE_DEVIATION, Load, Measured
 from twin.diagnosis.modal_damping import following
 from twin.diagnosis.parameters import TELLABLE, stiffnesses_of
 from twin.diagnosis.scales import Scales
-from twin.diagnosis.straight import HoldError, above, noise_gain
+from twin.diagnosis.straight import HoldError, above, noise_gain, spectrum
 from twin.diagnosis.trials import hold_errors, trial_of
 from twin.estimation.low_pass import LowPass
 from twin.estimation.model import Trial, Unknown
@@ -113,6 +113,12 @@ class Problem:
         """What straight lines between samples miss of the nominal twin, with each load."""
         return hold_errors(self, self.model)
 
+    @cached_property
+    def spectra(self) -> tuple[NDArray[np.complex128], ...]:
+        """Those of the smooth inputs of each recording."""
+        smooth = (np.where(self.cornered, 0.0, recording.u) for recording in self.recordings)
+        return tuple(spectrum(u) for u in smooth)
+
     @property
     def pseudo_forces(self) -> int:
         """How many inputs stand for large motion: one for each coordinate, or none."""
@@ -199,6 +205,19 @@ class Problem:
 
     def base(self, z: Array) -> LinearModel:
         """Return the twin at values z of its base unknowns, (base unknowns,)."""
+        key = np.asarray(z, float).tobytes()
+        found = self._latest.get(key)
+        if found is None:
+            found = self._base(z)
+            self._latest.clear()
+            self._latest[key] = found
+        return found
+
+    @cached_property
+    def _latest(self) -> dict[bytes, LinearModel]:
+        return {}
+
+    def _base(self, z: Array) -> LinearModel:
         K, M = self.model.K.copy(), self.model.M.copy()
         at = 0
         for _, row, k in self.stiffnesses:

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnosis.as_drawn import as_drawn
+from twin.diagnosis.as_drawn import as_drawn, beside_the_drawing, shows
 from twin.diagnosis.beginning import (
     beginnings,
     likeliest,
@@ -107,25 +107,25 @@ def search(
         runs = evaluate(best.hypothesis, best.fit.z, derivatives=False).runs
         candidates = [c for c in offer(moved, runs) if not _included(c, best.hypothesis)]
         cost = float(np.log(max(len(candidates), 2)))
-        told = screen(best.fit, here, candidates, moved)
-
         say = partial(_say, tell, step)
         # from far off its drawing a twin tells little of what is missing: the drawing tells more
         drawn = as_drawn(here, best.fit.z, candidates, tolerance)
-        names = [one.hypothesis.mechanisms[-1].name for one in drawn]
-        fits = fitted(here, best, [drawn[i] for i in first_of_each(names)[:WIDTH]], cost, say)
-        fits = [e for e in fits if not says_less(e, candidates)]
-        back = max((e for e in fits if e.log_odds > best.log_odds
-                    and not far_off(e.hypothesis.problem, e.fit.z)),
-                   key=lambda e: e.log_odds, default=None)  # fmt: skip
+        first = first_of_each([s.candidate.label[0] for s in drawn])[:WIDTH]
+        begun = [beside_the_drawing(here, drawn[i], tolerance) for i in first]
+        fits = [e for e in fitted(here, best, begun, cost, say) if not says_less(e, candidates)]
+        back = _back(best, fits)
+        beside = [c for c in candidates if back is None or not shows(c.starts[0])]
+        told = screen(best.fit, here, beside, moved)
         scores = told.followed() if back is None else told.best()
-        screened.append(tuple(scores))
         worth = [s for s in scores if s.gain > cost]
         first = first_of_each([s.candidate.label[0] for s in worth])[:WIDTH]
         moves = [[worth[i]] for i in first] + families(here, scores, cost)
         begun = [grown_by(here, best, scores) for scores in moves]
         more = fitted(here, best, begun, cost, say, back)
         fits += [e for e in more if not says_less(e, candidates)]
+        if back is not None:
+            scores = sorted([*scores, *drawn], key=lambda score: -score.gain)
+        screened.append(tuple(scores))
         fits += off_alone(here, best, candidates, cost)
         fits.sort(key=lambda e: -e.log_odds)
         for explanation in fits:
@@ -180,6 +180,13 @@ def search(
 
 def _say(tell: Callable[[str], None], step: int, what: str) -> None:
     tell(f"search step {step}: {what}")
+
+
+def _back(best: Explanation, fits: Sequence[Explanation]) -> Explanation | None:
+    """Return the likeliest of the explanations that bring a twin back to its drawing, if one is."""
+    near = [e for e in fits if e.log_odds > best.log_odds
+            and not far_off(e.hypothesis.problem, e.fit.z)]  # fmt: skip
+    return max(near, key=lambda e: e.log_odds, default=None)
 
 
 def _included(candidate: Candidate, h: Hypothesis) -> bool:

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import next_fast_len
+from scipy.fft import irfft, next_fast_len, rfft
 from scipy.interpolate import CubicSpline
 from scipy.linalg import eigh
 
@@ -56,29 +56,37 @@ class HoldError:
     """What outputs show of band-limited inputs that they do not of their raised lines.
 
     Attributes:
-        response: of the outputs to the inputs, at ``FREQUENCIES`` up to half the sampling rate,
-            (., m, r).
+        response: of the outputs to the inputs, at some frequencies from 0 to half the sampling
+            rate, (k, m, r).
     """
 
     response: NDArray[np.complex128]
 
-    def at(self, frequencies: int) -> NDArray[np.complex128]:
-        """Return the response at so many frequencies from 0 to half the sampling rate."""
-        if frequencies not in self._kept:
-            known, wanted = (np.linspace(0.0, 1.0, k) for k in (len(self.response), frequencies))
-            self._kept[frequencies] = CubicSpline(known, self.response)(wanted)
-        return self._kept[frequencies]
+    def of(self, u: Array) -> Array:
+        """Return what outputs show beyond the lines of inputs, (samples, r), as (samples, m)."""
+        return self.among(spectrum(u), len(u))
+
+    def among(self, inputs: NDArray[np.complex128], samples: int) -> Array:
+        """Return the same, (samples, m), of inputs that come as their ``spectrum``, (., r)."""
+        count = len(inputs)
+        if count not in self._kept:
+            known, wanted = (np.linspace(0.0, 1.0, k) for k in (len(self.response), count))
+            self._kept[count] = CubicSpline(known, self.response)(wanted)
+        seen = np.sum(self._kept[count] * inputs[:, None, :], axis=2)
+        return np.asarray(irfft(seen, _length(samples), axis=0)[:samples])
 
     @cached_property
     def _kept(self) -> dict[int, NDArray[np.complex128]]:
         return {}
 
-    def of(self, u: Array) -> Array:
-        """Return what outputs show beyond the lines of inputs, (samples, r), as (samples, m)."""
-        length = SILENCE * next_fast_len(len(u), real=True)
-        spectrum = np.fft.rfft(u, length, axis=0)
-        seen = self.at(len(spectrum)) @ spectrum[:, :, None]
-        return np.asarray(np.fft.irfft(seen[:, :, 0], length, axis=0)[: len(u)])
+
+def spectrum(u: Array) -> NDArray[np.complex128]:
+    """Return the spectrum of inputs, (samples, r), with silence after them, (., r)."""
+    return np.asarray(rfft(u, _length(len(u)), axis=0))
+
+
+def _length(samples: int) -> int:
+    return int(SILENCE * next_fast_len(samples, real=True))
 
 
 def hold_error(model: LinearModel, step_s: float, frequencies: int = FREQUENCIES) -> HoldError:
@@ -94,16 +102,31 @@ def hold_error(model: LinearModel, step_s: float, frequencies: int = FREQUENCIES
     """
     squares, shapes = _modes(model)
     held = squares > ROUNDING * np.max(squares, initial=1e-300)
-    exact = model.within(shapes[:, held], model.left_out)
-    w = np.linspace(0.0, np.pi / step_s, frequencies)
-    out = np.zeros((len(w), len(model.outputs), len(model.inputs)), complex)
-    for sign, own, lines in ((1, exact, False), (-1, well_damped(exact, step_s), True)):
-        system = own.state_space()
-        poles, states = np.linalg.eig(system.A)
-        seen, driven = system.C @ states, np.linalg.solve(states, system.B)
-        answers = sign * _state(poles, w[:, None], step_s, lines)
-        out += (answers[:, None, :] * seen) @ driven
-    return HoldError(out)
+    squares, shapes = squares[held], shapes[:, held]
+    R, B = shapes.T @ model.R @ shapes, shapes.T @ model.B
+    Cd, Cv, Ca = (C @ shapes for C in (model.Cd, model.Cv, model.Ca))
+    n, w = len(squares), np.linspace(0.0, np.pi / step_s, frequencies)
+    out = np.zeros((len(w), len(model.outputs) * len(model.inputs)), complex)
+    for sign, damping, lines in ((1, R, False), (-1, R + _calming(squares, R, step_s), True)):
+        A = np.block([[np.zeros((n, n)), np.eye(n)], [-np.diag(squares), -damping]])
+        poles, states = np.linalg.eig(A)
+        seen = np.hstack([Cd - Ca * squares, Cv - Ca @ damping]) @ states
+        driven = np.linalg.solve(states, np.vstack([0 * B, B]))
+        paths = (seen[:, None, :] * driven.T[None, :, :]).reshape(-1, 2 * n)
+        out += sign * _state(poles, w[:, None], step_s, lines) @ paths.T
+    return HoldError(out.reshape(len(w), len(model.outputs), len(model.inputs)))
+
+
+def _calming(squares: Array, R: Array, step_s: float) -> Array:
+    """Return the damping that modes above half the sampling rate lack, (n, n), modal.
+
+    Args:
+        squares: of circular natural frequencies, (n,).
+        R: damping of mass-normalised modes, (n, n).
+        step_s: sampling interval [s].
+    """
+    missing = np.maximum(2 * CALM * np.sqrt(np.maximum(squares, 0.0)) - np.diag(R), 0.0)
+    return np.diag(np.where(squares > (np.pi / step_s) ** 2, missing, 0.0))
 
 
 def ringing(model: LinearModel, places: Sequence[str], step_s: float) -> Ringing:
@@ -188,11 +211,9 @@ def well_damped(model: LinearModel, step_s: float) -> LinearModel:
         LinAlgError: masses that are not positive.
     """
     squares, shapes = _modes(model)
-    fast = squares > (np.pi / step_s) ** 2
-    shapes, w = shapes[:, fast], np.sqrt(squares[fast])
-    missing = np.maximum(2 * CALM * w - np.einsum("ij,ik,kj->j", shapes, model.R, shapes), 0.0)
     rows = shapes.T @ model.M
-    return model.adding(R=(rows.T * missing) @ rows)
+    calming = _calming(squares, shapes.T @ model.R @ shapes, step_s)
+    return model.adding(R=rows.T @ calming @ rows)
 
 
 def _modes(model: LinearModel) -> tuple[Array, Array]:
