@@ -1,21 +1,31 @@
-"""Strong laws, looked for beside the nominal twin."""
+"""What is strong, looked for beside the nominal twin."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from diagnosis_support import lumped, recorded
+from diagnosis_support import RATE, lumped, recorded
 
-from twin.diagnosis.as_drawn import STRONGER, as_drawn, beside_the_drawing
+from twin.diagnosis.as_drawn import STRONGER, as_drawn, beside_the_drawing, shows
 from twin.diagnosis.beginning import start_of
 from twin.diagnosis.candidates import Candidate, motions, priors_of, scales_of, surroundings
 from twin.diagnosis.drawing import far_off
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.prepare import prepare
 from twin.estimation.fit import fit
+from twin.mechanisms.appendage import Appendage
 from twin.mechanisms.coulomb_friction import CoulombFriction
 from twin.mechanisms.cubic_stiffness import CubicStiffness
+from twin.mechanisms.mass import Mass
 from twin.mechanisms.quadratic_drag import QuadraticDrag
+from twin.mechanisms.sensor_delay import SensorDelay
+from twin.mechanisms.sensor_drift import SensorDrift
+from twin.mechanisms.sensor_gain import SensorGain
+from twin.mechanisms.sensor_highpass import SensorHighpass
+from twin.mechanisms.sensor_hum import SensorHum
+from twin.mechanisms.sensor_unexplained import SensorUnexplained
+from twin.mechanisms.stiffness import Stiffness
+from twin.mechanisms.unmeasured_force import UnmeasuredForce
 
 TOLERANCE = 0.01
 
@@ -63,3 +73,72 @@ def test_near_its_drawing_or_with_something_found_nothing_is_looked_for():
     (law, *_), priors = candidates[0].starts, candidates[0].priors
     grown = replace(blank, mechanisms=(law,), priors=(priors,))
     assert as_drawn(grown, np.zeros(len(grown.unknowns)), candidates, TOLERANCE) == []
+
+
+def far(problem):
+    """A hypothesis and values of a twin that has moved far from its drawing."""
+    blank = Hypothesis(problem)
+    z = np.zeros(len(blank.unknowns))
+    z[: len(problem.stiffnesses)] = 0.2 / problem.tolerance
+    assert far_off(problem, z)
+    return blank, z
+
+
+def among(problem, blank, z, kinds):
+    """Candidates of some kinds at every place of each."""
+    moved = motions(problem, blank, np.zeros(len(z)))
+    out = []
+    for kind, places in kinds:
+        for place in places:
+            starts = kind.starts(place, surroundings(problem, moved, place))
+            out.append(Candidate(starts, priors_of(starts)))
+    return out
+
+
+CHANNELS, FLOORS = ("acc_floor1", "acc_floor2"), ("floor1", "floor2")
+KINDS = ((SensorDelay, CHANNELS), (SensorGain, CHANNELS), (Mass, FLOORS),
+         (Appendage, FLOORS), (Stiffness, ("storey1", "storey2")))  # fmt: skip
+
+
+def late(recording, fault):
+    columns = fault.distort({n: recording.column(n) for n in recording.names}, RATE)
+    return replace(recording, data=np.column_stack([columns[n] for n in recording.names]))
+
+
+@pytest.mark.parametrize(
+    "missing",
+    [SensorDelay("acc_floor2", 0.4 / RATE), Mass("floor1", 0.08), Appendage("floor2", 0.05, 4.0)],
+    ids=lambda m: m.name,
+)
+def test_what_is_linear_is_nearest_with_its_own_numbers(missing):
+    fault = isinstance(missing, SensorDelay)
+    true = lumped() if fault else lumped().including(missing)
+    train = [recorded(true, s, scale=1.0) for s in (1, 4)]
+    if fault:
+        train = [late(r, missing) for r in train]
+    problem = prepare(lumped(), train, [recorded(lumped(), 2)], 0.3).train
+    blank, z = far(problem)
+    first, second, *_ = as_drawn(blank, z, among(problem, blank, z, KINDS), TOLERANCE)
+    assert first.candidate.label == (missing.name, missing.place)
+    assert first.gain > second.gain + 100
+    name = next(iter(missing.parameters))
+    # no first guess is as near: its own numbers were fitted
+    assert first.start.values[name] == pytest.approx(missing.values[name], rel=0.02)
+    guesses = [s.values[name] for s in first.candidate.starts]
+    assert min(abs(g / missing.values[name] - 1) for g in guesses) > 0.02
+
+
+def test_what_no_simulation_shows_is_passed_over():
+    by_chance = (
+        SensorHum("acc_floor1"),
+        SensorDrift("acc_floor1"),
+        SensorUnexplained("acc_floor1"),
+    )
+    assert not any(shows(mechanism) for mechanism in (UnmeasuredForce("floor1"), *by_chance))
+    seen = (SensorDelay("acc_floor1"), SensorGain("acc_floor1"), SensorHighpass("acc_floor1"),
+            Mass("floor1"), CoulombFriction("storey1"))  # fmt: skip
+    assert all(shows(mechanism) for mechanism in seen)
+    problem = prepare(lumped(), [recorded(lumped(), 1)], [recorded(lumped(), 2)], 0.3).train
+    blank, z = far(problem)
+    candidates = among(problem, blank, z, ((UnmeasuredForce, FLOORS),))
+    assert as_drawn(blank, z, candidates, TOLERANCE) == []

@@ -8,6 +8,7 @@ from diagnosis_support import lumped, recorded
 
 from twin.diagnosis.mending import mended
 from twin.diagnosis.prepare import prepare
+from twin.diagnosis.trials import trial_of
 from twin.mechanisms.clock import Clock
 from twin.mechanisms.sensor_delay import SensorDelay
 from twin.model.free_run import free_run
@@ -72,3 +73,23 @@ def test_what_is_hidden_moves_with_a_late_channel_and_stays_hidden_where_it_was(
 def test_a_clock_gains_with_the_time():
     clock = Clock("acc_floor2", 1e-3)
     assert clock.moment(np.array([0.0, 10.0])) == pytest.approx([0.0, 10.01])
+
+
+def test_a_fault_of_outputs_leaves_what_the_inputs_do():
+    """The recording is read again, its inputs as they are; one of an input is read anew."""
+    train = [recorded(lumped(), seed) for seed in (1, 3)]
+    problem = prepare(lumped(), train, [recorded(lumped(), 2)]).train
+    problem = replace(problem, between=("band_limited",) * len(problem.model.inputs))
+    fault = SensorDelay("acc_floor2", 0.3 / problem.sampling_hz)
+    for recording, before, trial in zip(
+        problem.recordings, problem.trials, mended(problem, [fault]), strict=True
+    ):
+        assert trial.u is before.u
+        assert np.any(before.missed)
+        names = dict(zip(problem.model.outputs, recording.y.T, strict=True))
+        y = np.column_stack([*fault.undo(names, problem.sampling_hz).values()])
+        anew = trial_of(problem, recording, recording.u, y)
+        assert trial.y == pytest.approx(anew.y, nan_ok=True, abs=1e-12)
+        assert trial.missed == pytest.approx(anew.missed)
+    (moved, *_) = mended(problem, [SensorDelay("force_floor2", 0.3 / problem.sampling_hz)])
+    assert not np.allclose(moved.u, problem.trials[0].u)

@@ -126,8 +126,12 @@ def beside_the_drawing(hypothesis: Hypothesis, score: Score, tolerance: float) -
 
 def shows(mechanism: Mechanism) -> bool:
     """Return whether a simulation shows a mechanism: not a force, or a reading, by chance."""
-    by_chance = isinstance(mechanism, ChannelFault) and mechanism.ranged
-    return not by_chance and not isinstance(mechanism, Disturbance)
+    if not isinstance(mechanism, ChannelFault):
+        return not isinstance(mechanism, Disturbance)
+    through = mechanism.instrument(1.0)
+    if through is None or not through.G.size:
+        return True
+    return bool(np.any(through.B)) or not np.array_equal(through.D, np.eye(len(through.D)))
 
 
 def _weakest(starts: Sequence[Mechanism]) -> list[Law]:
