@@ -108,24 +108,8 @@ def search(
         candidates = [c for c in offer(moved, runs) if not _included(c, best.hypothesis)]
         cost = float(np.log(max(len(candidates), 2)))
         say = partial(_say, tell, step)
-        # from far off its drawing a twin tells little of what is missing: the drawing tells more
-        drawn = as_drawn(here, best.fit.z, candidates, tolerance)
-        first = first_of_each([s.candidate.label[0] for s in drawn])[:WIDTH]
-        begun = [beside_the_drawing(here, drawn[i], tolerance) for i in first]
-        fits = [e for e in fitted(here, best, begun, cost, say) if not says_less(e, candidates)]
-        back = _back(best, fits)
-        beside = [c for c in candidates if back is None or not shows(c.starts[0])]
-        told = screen(best.fit, here, beside, moved)
-        scores = told.followed() if back is None else told.best()
-        worth = [s for s in scores if s.gain > cost]
-        first = first_of_each([s.candidate.label[0] for s in worth])[:WIDTH]
-        moves = [[worth[i]] for i in first] + families(here, scores, cost)
-        begun = [grown_by(here, best, scores) for scores in moves]
-        more = fitted(here, best, begun, cost, say, back)
-        fits += [e for e in more if not says_less(e, candidates)]
-        if back is not None:
-            scores = sorted([*scores, *drawn], key=lambda score: -score.gain)
-        screened.append(tuple(scores))
+        fits, scores, drawn = _promising(best, here, candidates, moved, tolerance, say)
+        screened.append(tuple(sorted([*scores, *drawn], key=lambda score: -score.gain)))
         fits += off_alone(here, best, candidates, cost)
         fits.sort(key=lambda e: -e.log_odds)
         for explanation in fits:
@@ -134,7 +118,7 @@ def search(
         trifling = False
         if better:
             best = from_prior_noise(_no_trifle(better))
-            there = elsewhere(best, [s.candidate for s in worth], cost)
+            there = elsewhere(best, [s.candidate for s in scores if s.gain > cost], cost)
             for explanation in there:
                 _keep(tried, explanation)
             fits += there
@@ -180,6 +164,42 @@ def search(
 
 def _say(tell: Callable[[str], None], step: int, what: str) -> None:
     tell(f"search step {step}: {what}")
+
+
+def _promising(
+    best: Explanation, here: Hypothesis, candidates: Sequence[Candidate], moved: Sequence[Motion],
+    tolerance: float, say: Callable[[str], None],
+) -> tuple[list[Explanation], list[Score], list[Score]]:  # fmt: skip
+    """Return what was promising, fitted, what slopes and short fits promised, and the drawing.
+
+    From far off its drawing a twin tells little of what it lacks: the drawing is asked first, and
+    where what it says brings the twin back there, slopes from far off are asked for no more than
+    what no simulation shows.
+
+    Args:
+        best: the present explanation.
+        here: its hypothesis, with the scales of the motion.
+        candidates: what may be added.
+        moved: the motion of each recording.
+        tolerance: of the drawing, as the search began with it.
+        say: is told each fit.
+    """
+    cost = float(np.log(max(len(candidates), 2)))
+    drawn = as_drawn(here, best.fit.z, candidates, tolerance)
+    first = first_of_each([s.candidate.label[0] for s in drawn])[:WIDTH]
+    begun = [beside_the_drawing(here, drawn[i], tolerance) for i in first]
+    fits = [e for e in fitted(here, best, begun, cost, say) if not says_less(e, candidates)]
+    back = _back(best, fits)
+    beside = [c for c in candidates if back is None or not shows(c.starts[0])]
+    told = screen(best.fit, here, beside, moved)
+    scores = told.followed() if back is None else told.best()
+    worth = [s for s in scores if s.gain > cost]
+    first = first_of_each([s.candidate.label[0] for s in worth])[:WIDTH]
+    moves = [[worth[i]] for i in first] + families(here, scores, cost)
+    begun = [grown_by(here, best, scores) for scores in moves]
+    more = fitted(here, best, begun, cost, say, back)
+    fits += [e for e in more if not says_less(e, candidates)]
+    return fits, scores, drawn if back is not None else []
 
 
 def _back(best: Explanation, fits: Sequence[Explanation]) -> Explanation | None:
