@@ -7,14 +7,19 @@ import pytest
 from diagnosis_support import lumped, rng, tones
 from diagnosis_support import recorded as frame
 
+from twin.diagnosis.beginning import added, moved_to, start_of
 from twin.diagnosis.between import again, choose, filter_in_words, in_words
+from twin.diagnosis.candidates import Candidate, priors_of
 from twin.diagnosis.explanation import seen_otherwise
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.prepare import prepare
 from twin.estimation.fit import fit
 from twin.estimation.low_pass import LowPass
+from twin.instruments import Instrument
+from twin.laboratory import Analyser, Experiment, Hammer, run
 from twin.mechanisms.bumper import Bumper
 from twin.mechanisms.coulomb_friction import CoulombFriction
+from twin.mechanisms.damping import Damping
 from twin.mechanisms.shifting import later
 from twin.model import Twin
 from twin.recording import Recording
@@ -60,6 +65,27 @@ def test_a_wrong_choice_is_mended_once_the_twin_fits(problem):
     same, kept = again(found, fitted)
     assert same is found
     assert kept is fitted
+
+
+def test_what_is_folded_is_that_of_the_structure_that_was_found():
+    """A dashpot damps the modes above the band, through which a blow is folded."""
+    damped, beam = Damping("hinge3", 0.05), Twin.load("cantilever")
+    test = Experiment(Hammer(0.012, 0.6), ("force_mid",), Analyser(192.0, 4.0, physics_hz=6144.0),
+                      instruments={"acc": Instrument(noise_fraction=0.005)})  # fmt: skip
+    blows = [run(test, beam.including(damped), seed) for seed in (1, 2)]
+    problem = prepare(beam, blows[:1], blows[1:]).train
+    blank = Hypothesis(problem)
+    h = added(blank, Candidate((damped,), priors_of((damped,))), damped)
+    found = fit(h, moved_to(h, blank, start_of(blank), damped))
+    after, better = again(h, found)
+    assert after.problem.folding is not None
+    assert better.log_evidence > found.log_evidence
+    own = prepare(beam.including(damped), blows[:1], blows[1:]).train
+    (wanted,), (told,), (nominal,) = (
+        [t.blur for t in p.trials] for p in (own, after.problem, problem)
+    )
+    assert np.sum(np.abs(told - wanted)) < 0.1 * np.sum(np.abs(nominal - wanted))
+    assert again(after, better)[0].problem.folding is after.problem.folding
 
 
 @pytest.mark.parametrize(("channel", "samples"), [("acc_floor1", 0.4), ("acc_floor2", 0.8)])

@@ -1,4 +1,4 @@
-"""What the inputs do between samples, the analyser's filter and large motion, by evidence.
+"""What the inputs do between samples, the analyser's filter, folding and large motion, by evidence.
 
 What one analyser measured is alike between samples; what motors were commanded is another thing (a
 computer holds its output), so the two are asked for apart.
@@ -17,9 +17,11 @@ from twin.diagnosis.beginning import added, attempted, likeliest, moved_to, star
 from twin.diagnosis.candidates import Candidate, motions, priors_of, surroundings
 from twin.diagnosis.filtering import likeliest_filter
 from twin.diagnosis.hypothesis import Hypothesis
-from twin.diagnosis.portion import on_a_part
+from twin.diagnosis.plant import structure_of
+from twin.diagnosis.portion import SURE, on_a_part
 from twin.diagnosis.problem import Between, Problem
 from twin.estimation.fit import Fit, fit
+from twin.estimation.passing import BESIDE_NOISE
 from twin.mechanisms.sensor_delay import SensorDelay
 
 Array = NDArray[np.float64]
@@ -115,14 +117,17 @@ def _better(
 
 
 def _open(hypothesis: Hypothesis, found: Fit, steps: int) -> bool:
-    """Return whether a part of the samples leaves it open that others are likelier."""
+    """Return whether a part of the samples leaves it open that others are likelier on all.
+
+    What only later samples show, as motion that grows large, the part does not settle.
+    """
     part = on_a_part(hypothesis)
     if part is None:
         return True
     own = attempted(part, found.z, steps, near=found.averages)
     if own is None:
         return True
-    least = own.log_evidence - _odds(hypothesis.problem)
+    least = own.log_evidence - _odds(hypothesis.problem) - SURE
     for problem in (problem for others in _groups(part) for problem in others(part, own)):
         odds = _odds(problem)
         tried = attempted(replace(part, problem=problem), own.z, steps, least + odds,
@@ -166,7 +171,7 @@ def filter_in_words(hypothesis: Hypothesis) -> tuple[str, ...]:
 
 
 def _groups(hypothesis: Hypothesis) -> list[Callable[[Hypothesis, Fit], list[Problem]]]:
-    """Return what finds other problems: of inputs, commands, large motion and the filter."""
+    """Return what finds other problems: of inputs, commands, motion, folding and the filter."""
     problem = hypothesis.problem
     driven = sorted({_driven(problem, name) for name in problem.model.inputs})
     groups: list[Callable[[Hypothesis, Fit], list[Problem]]] = [
@@ -174,6 +179,8 @@ def _groups(hypothesis: Hypothesis) -> list[Callable[[Hypothesis, Fit], list[Pro
     ]
     if problem.kinematics is not None:
         groups.append(_otherwise_large)
+    if any(np.any(blur) for blur in _folded(problem)):
+        groups.append(_otherwise_folded)
     return [*groups, *([_otherwise_filtered] if hypothesis.stirs else [])]
 
 
@@ -193,6 +200,25 @@ def _otherwise_between(hypothesis: Hypothesis, found: Fit, driven: bool) -> list
 def _otherwise_large(hypothesis: Hypothesis, found: Fit) -> list[Problem]:
     """Return without what large motion adds by the model's kinematics, or with it."""
     return [replace(hypothesis.problem, large=not hypothesis.problem.large)]
+
+
+def _otherwise_folded(hypothesis: Hypothesis, found: Fit) -> list[Problem]:
+    """Return with what the structure as it stands makes of what is folded, if it is another.
+
+    A dashpot that the nominal twin lacks damps modes above the band, too.
+    """
+    problem = hypothesis.problem
+    base = problem.base(found.z[: len(problem.base_unknowns)])
+    other = replace(problem, folding=structure_of(base, hypothesis.at(found.z)))
+    pairs = zip(_folded(problem), _folded(other), problem.recordings, strict=True)
+    same = all(np.all(np.abs(before - after) <= BESIDE_NOISE * recording.output_noise**2)
+               for before, after, recording in pairs)  # fmt: skip
+    return [] if same else [other]
+
+
+def _folded(problem: Problem) -> list[Array]:
+    """Return the variances of outputs by what is folded, (samples, m), in each recording."""
+    return [np.zeros_like(t.y) if t.blur is None else t.blur for t in problem.trials]
 
 
 def _otherwise_filtered(hypothesis: Hypothesis, found: Fit) -> list[Problem]:

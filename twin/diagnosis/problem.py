@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
 
@@ -62,6 +62,8 @@ class Problem:
         told: whether the user says the tolerance; if not, it is found from the recordings.
         kinematics: of the model, where large motion would be seen in the recordings.
         large: whether it is seen: the structure moves as its model does when it moves far.
+        folding: the structure as it stands, whose answer to what an analyser folds of the inputs
+            outputs may miss; the nominal one without.
     """
 
     model: LinearModel
@@ -77,6 +79,7 @@ class Problem:
     told: bool = True
     kinematics: Geometry | None = None
     large: bool = True
+    folding: LinearModel | None = field(default=None, compare=False)
 
     @property
     def step_s(self) -> float:

@@ -45,7 +45,8 @@ def trial_of(
         missed = problem.hold_errors[recording.load].of(smooth)
         known -= missed
         between = np.where(problem.cornered, u, prefiltered(u))
-        blur = aliased(problem.model, smooth, problem.step_s, recording.input_noise)
+        structure = problem.folding or problem.model
+        blur = aliased(structure, smooth, problem.step_s, recording.input_noise)
         blur[blur < BESIDE_NOISE * recording.output_noise**2] = 0.0
     if problem.geometry is not None:
         forces = np.zeros((len(u), problem.pseudo_forces))
