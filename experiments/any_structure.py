@@ -1,7 +1,7 @@
 """What holds on any structure, as a section of the proof: engine, identification, closure.
 
     python -m experiments.structures_identified --out identified
-    python -m experiments.closure --structure chain --structure portal --out closure
+    python -m experiments.closure --out closure
     python -m experiments.any_structure --identified identified --closure closure --to FILE
 
 Compares the engine with MuJoCo (half a minute) and reads what ``structures_identified`` and
@@ -28,11 +28,12 @@ TEXT = (
     "`twin.identify` finds in shaker tests with 1 % noise on every channel, counted where they lie "
     "within three of their stated standard deviations of the model's; then the closure: a twin "
     "that has a mechanism is diagnosed with virtual recordings of itself (own), the twin that "
-    "lacks it gets it named, and the twin so explained is diagnosed again."
+    "lacks it gets it named, and the twin so explained is diagnosed again. What a structure's rows "
+    "lack was not run."
 )
 COMMANDS = (
     "python -m experiments.structures_identified --out identified",
-    "python -m experiments.closure --structure chain --structure portal --out closure",
+    "python -m experiments.closure --out closure",
     "python -m experiments.any_structure --identified identified --closure closure "
     "--to experiments/results/structures.json",
 )
