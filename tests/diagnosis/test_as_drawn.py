@@ -142,3 +142,17 @@ def test_what_no_simulation_shows_is_passed_over():
     blank, z = far(problem)
     candidates = among(problem, blank, z, ((UnmeasuredForce, FLOORS),))
     assert as_drawn(blank, z, candidates, TOLERANCE) == []
+
+
+def test_a_channel_of_which_nothing_was_measured_is_passed_over():
+    missing = Mass("floor1", 0.08)
+    train = [recorded(lumped().including(missing), s, scale=1.0) for s in (1, 4)]
+    problem = prepare(lumped(), train, [recorded(lumped(), 2)], 0.3).train
+    y = np.array(problem.recordings[0].y)
+    y[:, problem.model.outputs.index("acc_floor2")] = np.nan
+    first = replace(problem.recordings[0], y=y)
+    problem = replace(problem, recordings=(first, *problem.recordings[1:]))
+    blank, z = far(problem)
+    found, *_ = as_drawn(blank, z, among(problem, blank, z, KINDS[2:]), TOLERANCE)
+    assert found.candidate.label == ("mass", "floor1")
+    assert found.start.values["change"] == pytest.approx(0.08, rel=0.02)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from diagnosis_support import lumped, recorded
 
-from twin.diagnosis import dropping, portion, search
+from twin.diagnosis import dropping, portion, promising, search
 from twin.diagnosis.beginning import start_of
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.offer import offer
@@ -35,7 +35,7 @@ def test_two_laws_are_found_however_long_the_part_and_whatever_settles(
     ready, monkeypatch, samples, sure
 ):
     monkeypatch.setattr(portion, "PART", samples)
-    for module in (dropping, search):
+    for module in (dropping, promising):
         monkeypatch.setattr(module, "SURE", sure)
     best = found(ready)
     assert {("bumper", "storey1"), ("cubic_stiffness", "storey2")} <= set(best.labels)

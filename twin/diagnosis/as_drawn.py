@@ -184,14 +184,20 @@ def _nearer(hypothesis: Hypothesis, z: Array) -> Array:
 
 def _whitened(errors: Sequence[Array], of: Sequence[Array]) -> Array:
     """Return errors over the RMS of others of the same channels, (N,); what is unknown is zero."""
-    parts = [np.nan_to_num(e / np.sqrt(np.nanmean(o**2, axis=0))) for e, o in
-             zip(errors, of, strict=True)]  # fmt: skip
-    return np.concatenate([part.ravel() for part in parts])
+    pairs = zip(errors, of, strict=True)
+    return np.concatenate([np.nan_to_num(e / np.sqrt(_power(o))).ravel() for e, o in pairs])
 
 
 def _left(errors: Sequence[Array]) -> float:
     """Return minus the log likelihood of errors of any level, each (samples, m)."""
-    return float(sum(0.5 * len(e) * np.sum(np.log(np.nanmean(e**2, axis=0))) for e in errors))
+    return float(sum(0.5 * len(e) * np.sum(np.log(_power(e))) for e in errors))
+
+
+def _power(errors: Array) -> Array:
+    """Return the mean square of what was measured of each channel, (m,); 1 where nothing was."""
+    measured = np.sum(~np.isnan(errors), axis=0)
+    total = np.nansum(errors**2, axis=0)
+    return np.asarray(np.where(total > 0, total / np.maximum(measured, 1), 1.0))
 
 
 def _errors(hypothesis: Hypothesis, z: Array) -> list[Array]:
@@ -215,5 +221,6 @@ def _errors(hypothesis: Hypothesis, z: Array) -> list[Array]:
                 none = no_slopes(plant, silent(plant), numbers_of(here))
                 e = simulated(plant, here, trial, np.zeros(n), np.zeros((n, 0)),
                               no_memory(here.laws), 0.0, none).e  # fmt: skip
+        e = np.where(np.isfinite(e), e, np.inf)
         out.append(np.where(np.isnan(trial.y), np.nan, e))
     return out

@@ -189,6 +189,8 @@ def _promising(
     first = first_of_each([s.candidate.label[0] for s in drawn])[:WIDTH]
     begun = [beside_the_drawing(here, drawn[i], tolerance) for i in first]
     fits = [e for e in fitted(here, best, begun, cost, say) if not says_less(e, candidates)]
+    # a part off its drawing, beside which the others are as far off theirs, is no finding
+    fits = [e for e in fits if _near(e) or e.hypothesis.mechanisms[-1].verdict != "parameter"]
     back = _back(best, fits)
     beside = [c for c in candidates if back is None or not shows(c.starts[0])]
     told = screen(best.fit, here, beside, moved)
@@ -204,9 +206,13 @@ def _promising(
 
 def _back(best: Explanation, fits: Sequence[Explanation]) -> Explanation | None:
     """Return the likeliest of the explanations that bring a twin back to its drawing, if one is."""
-    near = [e for e in fits if e.log_odds > best.log_odds
-            and not far_off(e.hypothesis.problem, e.fit.z)]  # fmt: skip
+    near = [e for e in fits if e.log_odds > best.log_odds and _near(e)]
     return max(near, key=lambda e: e.log_odds, default=None)
+
+
+def _near(explanation: Explanation) -> bool:
+    """Return whether masses and stiffnesses are as near their drawing as a drawing errs."""
+    return not far_off(explanation.hypothesis.problem, explanation.fit.z)
 
 
 def _included(candidate: Candidate, h: Hypothesis) -> bool:

@@ -112,7 +112,7 @@ def hold_error(model: LinearModel, step_s: float, frequencies: int = FREQUENCIES
         poles, states = np.linalg.eig(A)
         seen = np.hstack([Cd - Ca * squares, Cv - Ca @ damping]) @ states
         driven = np.linalg.solve(states, np.vstack([0 * B, B]))
-        paths = (seen[:, None, :] * driven.T[None, :, :]).reshape(-1, 2 * n)
+        paths = (seen[:, None, :] * driven.T[None, :, :]).reshape(out.shape[1], 2 * n)
         out += sign * _state(poles, w[:, None], step_s, lines) @ paths.T
     return HoldError(out.reshape(len(w), len(model.outputs), len(model.inputs)))
 
