@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from diagnosis_support import RATE, lumped, recorded
 
-from twin.diagnosis.as_drawn import STRONGER, as_drawn, beside_the_drawing, shows
+from twin.diagnosis.as_drawn import STRONGER, as_drawn, beside_the_drawing, seen_in_simulation
 from twin.diagnosis.beginning import start_of
 from twin.diagnosis.candidates import Candidate, motions, priors_of, scales_of, surroundings
 from twin.diagnosis.drawing import far_off
@@ -134,10 +134,12 @@ def test_what_no_simulation_shows_is_passed_over():
         SensorDrift("acc_floor1"),
         SensorUnexplained("acc_floor1"),
     )
-    assert not any(shows(mechanism) for mechanism in (UnmeasuredForce("floor1"), *by_chance))
+    assert not any(
+        seen_in_simulation(mechanism) for mechanism in (UnmeasuredForce("floor1"), *by_chance)
+    )
     seen = (SensorDelay("acc_floor1"), SensorGain("acc_floor1"), SensorHighpass("acc_floor1"),
             Mass("floor1"), CoulombFriction("storey1"))  # fmt: skip
-    assert all(shows(mechanism) for mechanism in seen)
+    assert all(seen_in_simulation(mechanism) for mechanism in seen)
     problem = prepare(lumped(), [recorded(lumped(), 1)], [recorded(lumped(), 2)], 0.3).train
     blank, z = far(problem)
     candidates = among(problem, blank, z, ((UnmeasuredForce, FLOORS),))

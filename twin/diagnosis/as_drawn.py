@@ -19,8 +19,8 @@ from twin.diagnosis.drawing import far_off, with_tolerance
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.portion import ROUGH, beginning_of
 from twin.diagnosis.screening import directions_of
-from twin.diagnosis.valleys import Score
-from twin.estimation.fit import ENOUGH, LONGEST
+from twin.diagnosis.valleys import FIRST, LAPS, Score
+from twin.estimation.fit import LONGEST
 from twin.estimation.laws import no_memory
 from twin.estimation.parallel import each
 from twin.estimation.passing import run, silent, simulated
@@ -35,10 +35,6 @@ STRONGER = 4.0
 """By which a law's first guess is made stronger while that brings the simulation nearer: guesses
 are made for the motion of the calibrated twin, which has what is missing in its damping, and so for
 laws far weaker than what it lacks; a fit finds a strength within a factor of four."""
-
-STEPS = 8
-"""Steps at most of what is linear, of its own parameters alone: as many as a fit takes whose
-parameters are not far from where they end."""
 
 
 @dataclass(frozen=True)
@@ -96,17 +92,17 @@ def as_drawn(
         candidate = shown[index]
         laws = _weakest(candidate.starts)
         if laws:
-            gain, at, start = strongest(candidate, laws)
+            gain, _, start = strongest(candidate, laws)
         else:
             gain, at, start = max((begun(candidate, s) for s in candidate.starts),
                                   key=lambda v: v[0])  # fmt: skip
-            at = _nearer(added(short, candidate, start), at) if np.isfinite(gain) else at
-            gain = before - _left(_errors(added(short, candidate, start), at))
-        if not gain > 0:
-            return None
-        return Score(candidate, added(short, candidate, start).at(at)[-1], gain)
+            if np.isfinite(gain):
+                grown = added(short, candidate, start)
+                at, left = _nearer(grown, at)
+                gain, start = before - left, grown.at(at)[-1]
+        return Score(candidate, start, gain) if gain > 0 else None
 
-    shown = [c for c in candidates if shows(c.starts[0])]
+    shown = [c for c in candidates if seen_in_simulation(c.starts[0])]
     found = [one for one in each(nearest, len(shown)) if one is not None]
     return sorted(found, key=lambda one: -one.gain)
 
@@ -124,7 +120,7 @@ def beside_the_drawing(hypothesis: Hypothesis, score: Score, tolerance: float) -
     return Begun(grown, moved_to(grown, drawn, z, score.start), score.gain)
 
 
-def shows(mechanism: Mechanism) -> bool:
+def seen_in_simulation(mechanism: Mechanism) -> bool:
     """Return whether a simulation shows a mechanism: not a force, or a reading, by chance."""
     if not isinstance(mechanism, ChannelFault):
         return not isinstance(mechanism, Disturbance)
@@ -145,10 +141,10 @@ def _weakest(starts: Sequence[Mechanism]) -> list[Law]:
     return out
 
 
-def _nearer(hypothesis: Hypothesis, z: Array) -> Array:
-    """Return values with which the simulation is nearest, (p,), the last mechanism's own moved.
+def _nearer(hypothesis: Hypothesis, z: Array) -> tuple[Array, float]:
+    """Return values, (p,), from which the last mechanism's own have moved, and what is left there.
 
-    Gauss-Newton steps, damped where they do not climb.
+    Gauss-Newton steps, damped where they do not climb, as many at most as short fits take.
     """
     last = hypothesis.mechanisms[-1]
     titles = {f"{last.name} {last.place} {name}" for name in last.parameters}
@@ -156,7 +152,7 @@ def _nearer(hypothesis: Hypothesis, z: Array) -> Array:
     reach = np.array([LONGEST / u.deviation if u.log else LONGEST for u in hypothesis.unknowns])
     errors, damping = _errors(hypothesis, z), 1e-3
     value = _left(errors)
-    for _ in range(STEPS if own else 0):
+    for _ in range(FIRST + sum(LAPS) if own else 0):
         white = _whitened(errors, errors)
         columns = []
         for i in own:
@@ -164,7 +160,7 @@ def _nearer(hypothesis: Hypothesis, z: Array) -> Array:
             near[i] += STEP
             columns.append((_whitened(_errors(hypothesis, near), errors) - white) / STEP)
         slopes = np.nan_to_num(np.column_stack(columns))
-        H = slopes.T @ slopes + np.diag(np.full(len(own), ENOUGH))
+        H = slopes.T @ slopes + np.eye(len(own))
         delta = -np.linalg.solve(H + damping * np.diag(np.diag(H)), slopes.T @ white)
         if np.max(np.abs(delta)) < STEP:
             break
@@ -179,7 +175,7 @@ def _nearer(hypothesis: Hypothesis, z: Array) -> Array:
                 break
         else:
             damping *= 100
-    return z
+    return z, value
 
 
 def _whitened(errors: Sequence[Array], of: Sequence[Array]) -> Array:

@@ -18,7 +18,7 @@ from twin.diagnosis.candidates import Candidate, motions, priors_of, surrounding
 from twin.diagnosis.filtering import likeliest_filter
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.plant import structure_of
-from twin.diagnosis.portion import SURE, on_a_part
+from twin.diagnosis.portion import on_a_part
 from twin.diagnosis.problem import Between, Problem
 from twin.estimation.fit import Fit, fit
 from twin.estimation.passing import BESIDE_NOISE
@@ -117,17 +117,14 @@ def _better(
 
 
 def _open(hypothesis: Hypothesis, found: Fit, steps: int) -> bool:
-    """Return whether a part of the samples leaves it open that others are likelier on all.
-
-    What only later samples show, as motion that grows large, the part does not settle.
-    """
+    """Return whether a part of the samples leaves it open that others are likelier."""
     part = on_a_part(hypothesis)
     if part is None:
         return True
     own = attempted(part, found.z, steps, near=found.averages)
     if own is None:
         return True
-    least = own.log_evidence - _odds(hypothesis.problem) - SURE
+    least = own.log_evidence - _odds(hypothesis.problem)
     for problem in (problem for others in _groups(part) for problem in others(part, own)):
         odds = _odds(problem)
         tried = attempted(replace(part, problem=problem), own.z, steps, least + odds,

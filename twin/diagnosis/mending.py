@@ -89,16 +89,16 @@ def read_as_lines(
         return tuple(trials)
     out, outputs = [], problem.model.outputs
     true = _true_inputs(problem, faults)
-    straight = np.array_equal(true, np.eye(len(true)))
-    same = missing is None and straight
+    as_measured = np.array_equal(true, np.eye(len(true)))
+    same = missing is None and as_measured
     for index, (recording, trial) in enumerate(zip(problem.recordings, trials, strict=True)):
         before = np.zeros_like(trial.y) if trial.missed is None else trial.missed
         smooth = np.where(problem.cornered, 0.0, trial.u[:, : len(problem.cornered)])
         found = (missing or problem.hold_errors)[recording.load]
         if same:
             missed = before.copy()
-        elif straight and trial.u is problem.trials[index].u:
-            missed = found.among(problem.spectra[index], len(smooth))
+        elif as_measured and trial.u is problem.trials[index].u:
+            missed = found.of_spectrum(problem.spectra[index], len(smooth))
         else:
             missed = found.of(smooth @ true.T)
         for fault in faults:

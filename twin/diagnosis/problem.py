@@ -62,8 +62,8 @@ class Problem:
         told: whether the user says the tolerance; if not, it is found from the recordings.
         kinematics: of the model, where large motion would be seen in the recordings.
         large: whether it is seen: the structure moves as its model does when it moves far.
-        folding: the structure as it stands, whose answer to what an analyser folds of the inputs
-            outputs may miss; the nominal one without.
+        folding: the structure by which it is judged what outputs miss of aliased inputs
+            (``aliased``); the nominal one without.
     """
 
     model: LinearModel
@@ -118,7 +118,7 @@ class Problem:
 
     @cached_property
     def spectra(self) -> tuple[NDArray[np.complex128], ...]:
-        """Those of the smooth inputs of each recording."""
+        """Spectra of the smooth inputs of each recording, (., r)."""
         smooth = (np.where(self.cornered, 0.0, recording.u) for recording in self.recordings)
         return tuple(spectrum(u) for u in smooth)
 

@@ -9,12 +9,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnosis.as_drawn import as_drawn, beside_the_drawing, shows
-from twin.diagnosis.beginning import (
-    beginnings,
-    likeliest,
-    start_of,
-)
+from twin.diagnosis.as_drawn import as_drawn, beside_the_drawing, seen_in_simulation
+from twin.diagnosis.beginning import beginnings, likeliest, start_of
 from twin.diagnosis.between import again
 from twin.diagnosis.candidates import Candidate, motions, scales_of
 from twin.diagnosis.drawing import at_its_tolerance, far_off, odds_of
@@ -108,7 +104,7 @@ def search(
         candidates = [c for c in offer(moved, runs) if not _included(c, best.hypothesis)]
         cost = float(np.log(max(len(candidates), 2)))
         say = partial(_say, tell, step)
-        fits, scores, drawn = _promising(best, here, candidates, moved, tolerance, say)
+        fits, scores, drawn = _promising(best, here, candidates, moved, cost, tolerance, say)
         screened.append(tuple(sorted([*scores, *drawn], key=lambda score: -score.gain)))
         fits += off_alone(here, best, candidates, cost)
         fits.sort(key=lambda e: -e.log_odds)
@@ -168,7 +164,7 @@ def _say(tell: Callable[[str], None], step: int, what: str) -> None:
 
 def _promising(
     best: Explanation, here: Hypothesis, candidates: Sequence[Candidate], moved: Sequence[Motion],
-    tolerance: float, say: Callable[[str], None],
+    cost: float, tolerance: float, say: Callable[[str], None],
 ) -> tuple[list[Explanation], list[Score], list[Score]]:  # fmt: skip
     """Return what was promising, fitted, what slopes and short fits promised, and the drawing.
 
@@ -181,10 +177,10 @@ def _promising(
         here: its hypothesis, with the scales of the motion.
         candidates: what may be added.
         moved: the motion of each recording.
+        cost: of each mechanism [nat].
         tolerance: of the drawing, as the search began with it.
         say: is told each fit.
     """
-    cost = float(np.log(max(len(candidates), 2)))
     drawn = as_drawn(here, best.fit.z, candidates, tolerance)
     first = first_of_each([s.candidate.label[0] for s in drawn])[:WIDTH]
     begun = [beside_the_drawing(here, drawn[i], tolerance) for i in first]
@@ -192,7 +188,7 @@ def _promising(
     # a part off its drawing, beside which the others are as far off theirs, is no finding
     fits = [e for e in fits if _near(e) or e.hypothesis.mechanisms[-1].verdict != "parameter"]
     back = _back(best, fits)
-    beside = [c for c in candidates if back is None or not shows(c.starts[0])]
+    beside = [c for c in candidates if back is None or not seen_in_simulation(c.starts[0])]
     told = screen(best.fit, here, beside, moved)
     scores = told.followed() if back is None else told.best()
     worth = [s for s in scores if s.gain > cost]

@@ -64,9 +64,9 @@ class HoldError:
 
     def of(self, u: Array) -> Array:
         """Return what outputs show beyond the lines of inputs, (samples, r), as (samples, m)."""
-        return self.among(spectrum(u), len(u))
+        return self.of_spectrum(spectrum(u), len(u))
 
-    def among(self, inputs: NDArray[np.complex128], samples: int) -> Array:
+    def of_spectrum(self, inputs: NDArray[np.complex128], samples: int) -> Array:
         """Return the same, (samples, m), of inputs that come as their ``spectrum``, (., r)."""
         count = len(inputs)
         if count not in self._kept:

@@ -37,13 +37,10 @@ def trial_of(
         y: other outputs, (samples, m).
     """
     u = recording.u if u is None else u
-    known, between = np.array(recording.y if y is None else y), u
-    known[len(known) - EDGE :] = np.nan
-    blur = missed = None
+    between, blur, missed = u, None, None
     if not np.all(problem.cornered):
         smooth = np.where(problem.cornered, 0.0, u)
         missed = problem.hold_errors[recording.load].of(smooth)
-        known -= missed
         between = np.where(problem.cornered, u, prefiltered(u))
         structure = problem.folding or problem.model
         blur = aliased(structure, smooth, problem.step_s, recording.input_noise)
@@ -52,13 +49,13 @@ def trial_of(
         forces = np.zeros((len(u), problem.pseudo_forces))
         if recording.geometric is not None:
             forces = recording.geometric.forces
-            known -= recording.geometric.readings
         between = np.hstack([between, prefiltered(forces)])
         u = np.hstack([u, forces])
     limited = None
     if problem.rings:
         limited = np.concatenate([~problem.cornered, np.ones(problem.pseudo_forces, bool)])
     seen = blur if blur is not None and np.any(blur) else None
+    known = _known(problem, recording, recording.y if y is None else y, missed)
     return Trial(u, between, known, problem.step_s, limited, seen, missed)
 
 
@@ -71,13 +68,25 @@ def reread(problem: Problem, index: int, y: Array) -> Trial:
         y: other outputs than its own, (samples, m).
     """
     recording, trial = problem.recordings[index], problem.trials[index]
+    return replace(trial, y=_known(problem, recording, y, trial.missed))
+
+
+def _known(problem: Problem, recording: Measured, y: Array, missed: Array | None) -> Array:
+    """Return outputs less what lines miss of the inputs, and what large motion reads, (samples, m).
+
+    Args:
+        problem: whose recording it is.
+        recording: what was measured.
+        y: the outputs, (samples, m).
+        missed: what lines miss, (samples, m), if they miss anything.
+    """
     known = np.array(y)
     known[len(known) - EDGE :] = np.nan
-    if trial.missed is not None:
-        known -= trial.missed
+    if missed is not None:
+        known -= missed
     if problem.geometry is not None and recording.geometric is not None:
         known -= recording.geometric.readings
-    return replace(trial, y=known)
+    return known
 
 
 def hold_errors(problem: Problem, structure: LinearModel) -> dict[Load, HoldError]:
