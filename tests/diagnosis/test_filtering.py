@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from diagnosis_support import RATE, lumped, rng
-from scipy.signal import butter, sosfilt
+from diagnosis_support import RATE, lumped, recorded, rng
+from scipy.signal import butter, firwin, sosfilt
 
 from twin.diagnosis.beginning import as_sharp, start_of
 from twin.diagnosis.candidates import priors_of
@@ -17,6 +17,7 @@ from twin.estimation.fit import fit
 from twin.estimation.likelihood import evaluate
 from twin.estimation.low_pass import LowPass
 from twin.mechanisms.coulomb_friction import CoulombFriction
+from twin.mechanisms.cubic_stiffness import CubicStiffness
 from twin.recording import Recording
 
 EDGE, ORDER, TIMES = 0.74, 5, 16
@@ -72,3 +73,50 @@ def test_filters_stay_those_that_analysers_have(rubbing):
         low_pass = likeliest_filter(here, found)
         assert EDGES[0] <= low_pass.cut_off <= EDGES[1]
         assert low_pass.order in (0, *ORDERS)
+
+
+SLOW = 24.0
+"""Sampling rate at which a cubic spring's third harmonics of the second mode are folded [Hz]."""
+NOISE = 2e-3
+
+
+def sprung(strength, seed):
+    """A slow recording of a frame with a cubic spring, through an analyser of linear phase."""
+    samples = round(40 * SLOW)
+    t = np.arange(samples * TIMES) / (SLOW * TIMES)
+    draw = rng(seed)
+    f = np.linspace(0.3, 9.0, 160)
+    phase = draw.uniform(0, 2 * np.pi, len(f))
+    force = 0.3 * np.sqrt(2 / len(f)) * np.cos(2 * np.pi * f * t[:, None] + phase).sum(axis=1)
+    force *= 1 - np.exp(-t / 0.2)
+    twin = lumped().including(CubicStiffness("storey2", strength))
+    moved = twin.simulate({"force_floor2": force}, SLOW * TIMES, len(force)).columns
+    columns = {"force_floor2": force} | {f"acc_{floor}": moved[f"acc_{floor}"]
+                                         for floor in twin.floors}  # fmt: skip
+    analyser = firwin(128 * TIMES + 1, SLOW / 2, fs=SLOW * TIMES)
+    seen = {name: np.convolve(x, analyser, "same")[::TIMES] for name, x in columns.items()}
+    noisy = {name: x + NOISE * draw.standard_normal(samples) * name.startswith("acc")
+             for name, x in seen.items()}  # fmt: skip
+    return Recording.build(SLOW, noisy, f"seed{seed}.csv")
+
+
+def test_harmonics_that_an_analyser_takes_are_not_folded():
+    law = CubicStiffness("storey2", 1e6)
+    problem = prepare(lumped(), [sprung(law.stiffness, 1)], [sprung(law.stiffness, 2)]).train
+    scales = Scales({"storey2": (1.0, 1e-3, 0.05)})
+    through = Hypothesis(problem, (law,), (priors_of([law]),), scales)
+    folded = replace(through, problem=replace(problem, low_pass=None))
+    assert (through.simulated, folded.simulated) == (True, False)
+    assert not replace(through, problem=replace(problem, tolerance=1.0)).simulated, "not known"
+    fits = [fit(h, start_of(h), most=8) for h in (through, folded)]
+    assert fits[0].log_evidence > fits[1].log_evidence + 100
+    values = {u.name: u.value(z) for u, z in zip(through.unknowns, fits[0].z, strict=True)}
+    assert values["cubic_stiffness storey2 stiffness"] == pytest.approx(1e6, rel=0.01)
+
+
+def test_harmonics_below_half_the_rate_need_no_simulation():
+    law = CubicStiffness("storey2", 4e7)
+    problem = prepare(lumped(), [recorded(lumped(), 1)], [recorded(lumped(), 2)]).train
+    assert not Hypothesis(problem, (law,), (priors_of([law]),)).simulated
+    assert problem.folds(12)
+    assert not problem.folds(3)

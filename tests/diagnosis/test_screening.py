@@ -123,12 +123,13 @@ def test_a_delay_to_which_the_twin_has_adjusted_itself_is_followed_though_its_sl
     moved = motions(h.problem, h, found.z)
     h = replace(h, scales=scales_of(h.problem, moved))
     candidates = []
-    for kind, place in ((SensorDelay, "acc_floor1"), (Stiffness, "storey1")):
+    for kind, place in ((SensorDelay, "acc_floor1"), (Damping, "storey1")):
         starts = kind.starts(place, surroundings(h.problem, moved, place))
         candidates.append(Candidate(starts, priors_of(starts)))
 
     def flat(self, pairs):
-        return [(0.0, 0.0, np.zeros(len(self.names)))] * len(pairs)
+        late = [isinstance(start, SensorDelay) for _, start in pairs]
+        return [(0.0 if flat else 10.0, 1.0, np.zeros(len(self.names))) for flat in late]
 
     monkeypatch.setattr(ScoreTest, "along", flat)
     first, second = screen(found, h, candidates, moved).followed()

@@ -158,7 +158,8 @@ def filter_in_words(hypothesis: Hypothesis) -> tuple[str, ...]:
     """Say how laws are seen of which samples do not show all; nothing where there are none."""
     if not hypothesis.stirs:
         return ()
-    which = "laws that jump" if hypothesis.jumps else "laws with corners"
+    corners = "laws with corners" if hypothesis.blurred else "laws whose harmonics are folded"
+    which = "laws that jump" if hypothesis.jumps else corners
     seen = hypothesis.problem.low_pass
     if seen is None:
         return (f"{which} follow the estimated motion; their jumps count for less",)

@@ -26,6 +26,9 @@ LEAST_SPREAD = 1.5
 """Prior deviation of a positive parameter's logarithm at least: a factor of four and a half either
 way. First guesses that span more make it wider."""
 
+NEARBY = 1e-3
+"""Share of itself by which a strength is changed, to see how its parameter goes with it."""
+
 
 @dataclass(frozen=True)
 class Candidate:
@@ -44,6 +47,27 @@ class Candidate:
     def label(self) -> tuple[str, str]:
         """Name and place."""
         return self.starts[0].name, self.starts[0].place
+
+    def width(self, found: Mechanism, gain: float) -> float:
+        """Return by how much the log evidence rises less than the log likelihood does [nat].
+
+        That is log(prior deviation / posterior deviation) of a strength, for a posterior that is
+        Gaussian in it (MacKay 2003, eq. 28.6): a rise g says that the strength is known to
+        1 / sqrt(2 g) of itself. Other parameters are left out, for the samples may not tell them.
+
+        Args:
+            found: the mechanism at the strength that was found.
+            gain: the rise of the log likelihood with it.
+        """
+        name = next(iter(found.parameters), None)
+        if name is None or not gain > 0:
+            return 0.0
+        log = found.parameters[name].scale == "log"
+        ends = [found.values[name], found.scaled(1 + NEARBY).values[name]]
+        told = np.log(np.abs(ends)) if log else np.array(ends)
+        step = abs(float(told[1] - told[0])) / NEARBY  # what the unknown moves as it doubles
+        prior = self.priors[name][1]
+        return 0.5 * float(np.log1p(2 * gain * (prior / step) ** 2)) if step > 0 else 0.0
 
 
 def priors_of(starts: Sequence[Mechanism]) -> dict[str, tuple[float, float]]:

@@ -74,8 +74,7 @@ class Hypothesis:
     @cached_property
     def ports(self) -> tuple[str, ...]:
         """Ports of the laws, found or held by the model, each once: there stands a discrepancy."""
-        every = (*self.mechanisms, *self.problem.known)
-        return tuple(dict.fromkeys(law.place for law in every if isinstance(law, Law)))
+        return tuple(dict.fromkeys(law.place for law in self._every_law))
 
     @cached_property
     def smeared(self) -> tuple[str, ...]:
@@ -89,9 +88,12 @@ class Hypothesis:
         return tuple(n for n, s in zip(model.outputs, seen, strict=True) if s > SEEN)
 
     @property
+    def _every_law(self) -> tuple[Law, ...]:
+        return (*self.laws, *(m for m in self.problem.known if isinstance(m, Law)))
+
+    @property
     def _abrupt(self) -> list[Law]:
-        known = (m for m in self.problem.known if isinstance(m, Law))
-        return [law for law in (*self.laws, *known) if law.abrupt]
+        return [law for law in self._every_law if law.abrupt]
 
     @property
     def blurred(self) -> bool:
@@ -105,8 +107,9 @@ class Hypothesis:
 
     @property
     def stirs(self) -> bool:
-        """Whether samples do not show all that a law does: its jumps, what its corners ring."""
-        return self.jumps or (self.blurred and self.problem.rings)
+        """Whether samples do not show all that a law does: jumps, what corners ring, harmonics."""
+        most = max((law.harmonics for law in self._every_law), default=1)
+        return self.jumps or (self.blurred and self.problem.rings) or self.problem.folds(most)
 
     @property
     def simulated(self) -> bool:
@@ -212,7 +215,7 @@ class Hypothesis:
             scales[j, :3] = self.around(law.place)
         compiled = tuple(law.compiled for law in laws)
         systems = tuple(plant.system for plant in plants.stepped)
-        steps = self._parts(scales)
+        steps = parts_of(self.problem, scales[:, :3], self.simulated)
         if self.simulated:  # laws that follow the estimated motion are seen as it is at the samples
             scales[:, 3] = yielding(problem, [law.place for law in laws], problem.step_s / steps)
         return Assembly(
@@ -232,10 +235,6 @@ class Hypothesis:
         assert self.scales is not None
         return self.scales.at(place)
 
-    def _parts(self, scales: Array) -> int:
-        """Return the parts of a sample in which laws are stepped."""
-        return parts_of(self.problem, scales[:, :3], self.simulated)
-
     def _trials(self, z: Array, mechanisms: Sequence[Mechanism]) -> tuple[Trial, ...]:
         """Return the recordings, what is at fault in their samples taken back."""
         faults = [m for m in mechanisms if isinstance(m, ChannelFault)]
@@ -254,8 +253,7 @@ class Hypothesis:
     @cached_property
     def _ringing(self) -> Ringing:
         """Modes above half the sampling rate as the laws drive them."""
-        laws = [m for m in (*self.mechanisms, *self.problem.known) if isinstance(m, Law)]
-        return ringing(self.problem.model, [law.place for law in laws], self.problem.step_s)
+        return ringing(self.problem.model, [f.place for f in self._every_law], self.problem.step_s)
 
     @cached_property
     def _kept(self) -> dict[tuple[float, ...], tuple[Plants, tuple[Array, ...]]]:

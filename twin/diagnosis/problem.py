@@ -206,6 +206,16 @@ class Problem:
         """Whether there are such modes, and known well enough that laws are simulated with them."""
         return self.calmed and self.tolerance < VAGUE
 
+    def folds(self, harmonics: int) -> bool:
+        """Return whether so many harmonics of what the samples show reach half their rate.
+
+        They are folded then, less what the analyser's filter takes of them: a law that makes them
+        is simulated, where the twin is known well enough.
+        """
+        half = self.sampling_hz / 2
+        shown = self.frequencies[self.frequencies < half]
+        return self.tolerance < VAGUE and bool(np.any(harmonics * shown > half))
+
     def base(self, z: Array) -> LinearModel:
         """Return the twin at values z of its base unknowns, (base unknowns,)."""
         key = np.asarray(z, float).tobytes()

@@ -112,7 +112,7 @@ def screen(
         if first.valleys == 1:
             scores += [_scaled(test, candidate, start, gain, strength / ratio, shift * ratio)
                        for start, ratio in alike]  # fmt: skip
-        elif gain > least:
+        elif gain - candidate.width(first.scaled(strength), gain) > least:
             promising.setdefault(candidate.label, []).extend(nearest(alike, strength))
         else:
             flat.setdefault(candidate.label, []).extend(start for start, _ in alike)
@@ -223,7 +223,8 @@ def _scaled(
         gain *= 2 * ratio - ratio**2
         strength = REACH
     moved = dict(zip(test.names, (strength * shift).tolist(), strict=True))
-    return Score(candidate, start.scaled(strength), gain, moved)
+    begun = start.scaled(strength)
+    return Score(candidate, begun, gain - candidate.width(begun, gain), moved)
 
 
 def directions_of(
@@ -280,5 +281,6 @@ def _freed(test: ScoreTest, candidate: Candidate, start: Mechanism) -> Score | N
             gain, strength, shift = test.freed(name, wide)
             change = unknown.value(strength) - nominal
             moved = dict(zip(test.names, (strength * shift).tolist(), strict=True))
-            return Score(candidate, start.with_values({parameter: change}), gain, moved)
+            begun = start.with_values({parameter: change})
+            return Score(candidate, begun, gain - candidate.width(begun, gain), moved)
     return None

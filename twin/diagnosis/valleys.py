@@ -49,7 +49,7 @@ class Score:
     Attributes:
         candidate: whose it is.
         start: the mechanism from which a fit would begin.
-        gain: expected rise of the log likelihood [nat].
+        gain: expected rise of the log evidence [nat].
         shift: how the other unknowns would move with it: name -> prior deviations.
     """
 
@@ -113,6 +113,7 @@ def of_valleys(fit: Fit, linear: Linearised, candidates: Sequence[Candidate]) ->
         whole = added(hypothesis, candidate, mechanism)
         posterior, _ = likeliest(whole, [z, moved_to(whole, hypothesis, fit.z, mechanism)])
         gain = max(posterior - fit.log_posterior, told, 0.0)
+        gain -= candidate.width(mechanism, gain)
         scores.append(Score(candidate, mechanism, gain, shift))
     return scores
 

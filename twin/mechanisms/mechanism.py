@@ -107,10 +107,7 @@ class Mechanism(ABC):
         return (self,)
 
     def scaled(self, factor: float) -> Self:
-        """Return the mechanism with its effect ``factor`` times as strong.
-
-        The first parameter is the strength, unless the family says otherwise.
-        """
+        """Return it so many times as strong: of a family that says nothing, its first parameter."""
         return self._times(factor, next(iter(self.parameters)))
 
     def _times(self, factor: float, *names: str) -> Self:
@@ -162,6 +159,7 @@ class Law(Mechanism):
         abrupt: True where the force has corners, so that an integration needs finer steps.
         jumps: True where the force itself jumps, which an analyser's filter shows as far from it.
         elastic: True where the force is a function of the displacement alone.
+        harmonics: up to which a motion of one frequency makes its force, but for its corners.
     """
 
     memory: ClassVar[int] = 0
@@ -170,6 +168,7 @@ class Law(Mechanism):
     abrupt: ClassVar[bool] = False
     jumps: ClassVar[bool] = False
     elastic: ClassVar[bool] = False
+    harmonics: ClassVar[int] = 3
 
     law: ClassVar[Callable[..., Any]]
     """f(drift, rate, sum of the memory, time, *numbers), for numbers and arrays that broadcast."""

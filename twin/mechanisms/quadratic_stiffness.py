@@ -31,6 +31,7 @@ class QuadraticStiffness(Law):
     parameters: ClassVar = {"stiffness": Parameter("N/m^2", "k2 in f = k2 d^2")}
     reference: ClassVar[str] = "Helmholtz 1863; Kovacic and Brennan 2011, The Duffing Equation"
     elastic: ClassVar[bool] = True
+    harmonics: ClassVar[int] = 2
 
     stiffness: float = 0.0
 

@@ -39,6 +39,7 @@ class StiffnessDrift(Law):
     parameters: ClassVar = {"rate": Parameter("1/s", "share of the stiffness gained a second")}
     reference: ClassVar[str] = "Poulimenos and Fassois 2006"
     mjcf: ClassVar[str] = f"the control of the actuator PLACE_{CLOCK} must be 1: it keeps the time"
+    harmonics: ClassVar[int] = 1
 
     rate: float = 0.0
     storey_stiffness: float = 1.0
