@@ -161,3 +161,19 @@ def test_the_noise_of_rounding_is_a_twelfth_of_the_step_squared():
     sound = sum(reading())
     added = fault.distort({"acc": sound}, RATE)["acc"] - sound
     assert added.std() == pytest.approx(fault.noise(), rel=0.05)
+
+
+def test_where_a_motion_is_less_than_a_step_its_readings_are_left_out():
+    t = np.arange(4096) / 192.0
+    blow = 20.0 * np.exp(-t) * np.sin(2 * np.pi * 21.3 * t)
+    reading = np.round(blow)
+    fault = ALL["sensor_quantisation"]("acc", 1.0)
+    hidden = fault.spoiled(reading)
+    still = np.abs(blow) < 0.5
+    assert hidden[np.argmax(np.exp(-t) * 20.0 < 0.5) :].all(), "where it never leaves a step"
+    assert not hidden[~still].any()
+    left = (reading - blow)[~hidden]
+    assert np.std(left) == pytest.approx(fault.noise(), rel=0.15)
+    loud = np.round(5 * np.random.default_rng(1).standard_normal(4096))
+    assert not fault.spoiled(loud).any()
+    assert not ALL["sensor_quantisation"]("acc", 0.0).spoiled(np.zeros(4096)).any()

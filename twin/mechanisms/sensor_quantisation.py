@@ -7,9 +7,15 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from twin.mechanisms.mechanism import Array, ChannelFault, Surroundings
 from twin.signals.channel_faults import quantisation
+from twin.signals.fault import FALSE_ALARM
+
+TIED = 0.5
+"""Share of equal neighbours up to which rounding adds white noise: a motion that makes so many goes
+on by half a step a sample or more, and errors correlate by exp(-2 pi^2 / 4) = 0.7 % at most."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +49,21 @@ class SensorQuantisation(ChannelFault):
         if not self.step:
             return self._change(columns, np.copy)
         return self._change(columns, lambda x: self.step * np.round(x / self.step))
+
+    def spoiled(self, reading: Array) -> NDArray[np.bool_]:
+        """Return the samples of readings that stay what they are for longer than chance makes them.
+
+        The motion is less than a step there, and the error of rounding is the motion itself.
+        """
+        hidden = np.zeros(len(reading), bool)
+        if not self.step or len(reading) < 2:
+            return hidden
+        starts = np.concatenate([[0], np.flatnonzero(np.abs(np.diff(reading)) > self.step / 2) + 1])
+        ends = np.append(starts[1:], len(reading))
+        longest = 1 + np.log(FALSE_ALARM / len(reading)) / np.log(TIED)
+        for first, end in zip(starts, ends, strict=True):
+            hidden[first:end] = end - first > longest
+        return hidden
 
     def noise(self) -> float:
         """Return the standard deviation of what rounding adds."""
