@@ -1,4 +1,6 @@
 from concurrent.futures import ThreadPoolExecutor
+from threading import Event
+from time import sleep
 
 import pytest
 
@@ -58,3 +60,22 @@ def test_a_file_of_something_else_is_refused_and_kept(tmp_path, text):
     with pytest.raises(TwinError, match="no results of a campaign"):
         campaign(square, {"1": 1}, results=path)
     assert path.read_text() == text
+
+
+def test_what_runs_beside_a_task_that_fails_is_kept(tmp_path):
+    path, failed = tmp_path / "results.jsonl", Event()
+
+    def fragile(number):
+        if number == 1:
+            failed.set()
+            raise ValueError("task 1")
+        assert failed.wait(20.0)
+        sleep(0.2)  # the failure is known by then
+        return square(number)
+
+    tasks = {str(n): n for n in range(20)}
+    with ThreadPoolExecutor(2) as executor, pytest.raises(ValueError, match="task 1"):
+        campaign(fragile, tasks, executor, path, "a")
+    kept = [line for line in path.read_text().splitlines() if "square" in line]
+    assert '"name": "0"' in kept[0]
+    assert len(kept) <= 2, "what waited is not begun"

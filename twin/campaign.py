@@ -59,12 +59,22 @@ def campaign(
         futures: dict[Future[Result], str] = {
             executor.submit(work, task): name for name, task in waiting.items()
         }
+        failed: Exception | None = None
         try:
             for future in as_completed(futures):
-                keep(futures[future], future.result())
+                if failed is not None and future.cancelled():
+                    continue
+                try:
+                    keep(futures[future], future.result())
+                except Exception as error:  # what runs beside it is kept, what waits is not begun
+                    failed = failed or error
+                    for other in futures:
+                        other.cancel()
         finally:
             for future in futures:
                 future.cancel()
+        if failed is not None:
+            raise failed
     return {name: found[name] for name in tasks}
 
 
