@@ -1,10 +1,14 @@
 """What a user's model already holds becomes mechanisms of the base, or is named."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from twin.errors import ModelError
-from twin.mechanisms.held import held, mechanisms_of
+from twin.estimation.laws import memory_along
+from twin.mechanisms.held import gathered, held, mechanisms_of
+from twin.mechanisms.microslip import SLIDERS, Microslip
 from twin.model import Twin
 from twin.model.amplitudes import effects
 from twin.model.contents import nonlinear_elements
@@ -55,3 +59,45 @@ def test_every_mechanism_that_is_named_can_be_made():
     text = SPRING.replace("stiffness", 'frictionloss="0.1" springyield="0.01" stiffness')
     names = {m.name for m in mechanisms_of(nonlinear_elements(chain(text).compile()))}
     assert names == {"coulomb_friction", "hysteresis"}
+
+
+def slipping(softening=0.6, stiffness=150.0):
+    law = Microslip("storey2", stiffness, softening, 0.3 * stiffness, 0.002, 500.0)
+    return law, Twin.load("two_storey_lumped").including(law)
+
+
+def test_the_sliders_of_an_exported_slip_are_one_law_that_does_as_they_do():
+    law, twin = slipping()
+    model, elements = (
+        twin.linear(["force_floor2"], ["acc_floor2"]),
+        nonlinear_elements(twin.compile()),
+    )
+    assert len(elements) == SLIDERS
+    (one,) = mechanisms_of(gathered(elements, model))
+    for name in ("stiffness", "softening", "reach"):
+        assert one.as_json()["values"][name] == pytest.approx(law.as_json()["values"][name])
+    drift = 0.004 * np.sin(np.linspace(0, 20, 3000)) * np.linspace(0, 1, 3000)
+
+    def force(slip):
+        memory = memory_along(slip.compiled, np.array(slip.numbers), drift)
+        return slip.force(drift, 0.0, memory, 0.0)
+
+    # the springs at rest are in the linear equations, and the law takes their place
+    plain = Twin.load("two_storey_lumped").linear(["force_floor2"], ["acc_floor2"])
+    with_slip, without = (
+        1 / float(m.port("storey2") @ np.linalg.solve(m.K, m.port("storey2")))
+        for m in (model, plain)
+    )
+    linear = (with_slip - without) * drift
+    np.testing.assert_allclose(force(one) + linear, force(law), atol=1e-6)
+
+
+def test_springs_that_yield_as_no_slip_does_stay_what_they_are():
+    _, twin = slipping()
+    elements = nonlinear_elements(twin.compile())
+    model = twin.linear(["force_floor2"], ["acc_floor2"])
+    assert len(gathered(elements[:-1], model)) == SLIDERS - 1
+    other = replace(elements[3], values=dict(elements[3].values) | {"stiffness": 1.0})
+    assert len(gathered([*elements[:3], other, *elements[4:]], model)) == SLIDERS
+    cubic = nonlinear_elements(chain(SPRING + " 0 1.5e6").compile())
+    assert gathered(cubic, model) == cubic

@@ -18,7 +18,7 @@ from twin.diagnosis.problem import Problem
 from twin.diagnosis.scales import Scales
 from twin.errors import ModelError
 from twin.mechanisms.edits import FRICTION_SOLIMP, FRICTION_SOLREF, FRICTION_STEP
-from twin.mechanisms.held import held
+from twin.mechanisms.held import gathered, held
 from twin.mechanisms.mechanism import Law
 from twin.mechanisms.rollout import rollout
 from twin.model import Twin
@@ -51,7 +51,8 @@ def with_known(twin: Twin, problem: Problem) -> tuple[Problem, tuple[str, ...]]:
     Raises:
         ModelError: an element that matters and that the vocabulary does not have.
     """
-    elements = nonlinear_elements(twin.compile(), weights=problem.geometry is None)
+    everything = nonlinear_elements(twin.compile(), weights=problem.geometry is None)
+    elements = gathered(everything, problem.model)
     if not elements:
         return problem, ()
     largest: dict[int, Effect] = {}
@@ -83,7 +84,8 @@ def checked(twin: Twin, problem: Problem) -> tuple[str, ...]:
     loudest = max(problem.recordings, key=lambda r: _size(r.y))
     first = _loudest_stretch(loudest.y)
     u = loudest.u[first : first + PART]
-    cornered = any(isinstance(law, Law) and law.abrupt for law in problem.known)
+    laws = [m for m in problem.known if isinstance(m, Law)]
+    cornered = any(law.abrupt or law.memory for law in laws)
     finer = FINER if cornered else 1
     times = np.arange(finer * (len(u) - 1) + 1) / finer
     fine = np.column_stack([np.interp(times, np.arange(len(u)), values) for values in u.T])

@@ -10,12 +10,21 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from twin.errors import ModelError
 from twin.mechanisms import from_json
+from twin.mechanisms.hysteresis import Hysteresis
 from twin.mechanisms.mechanism import Mechanism
+from twin.mechanisms.microslip import Microslip
 from twin.model.amplitudes import Effect
+from twin.model.linear import LinearModel
 from twin.model.nonlinear import NonlinearElement
+
+Array = NDArray[np.float64]
+
+DIGITS = 9
+"""Digits of a port's direction that make it another line: rounding leaves more."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +46,46 @@ def as_mechanism(element: NonlinearElement) -> Mechanism | None:
         return None
     data = {"mechanism": element.mechanism, "location": element.port, "values": element.values}
     return from_json(data)
+
+
+def gathered(
+    elements: Iterable[NonlinearElement], model: LinearModel
+) -> tuple[NonlinearElement, ...]:
+    """Return the elements, springs that yield one after the other along one line as one of them.
+
+    Args:
+        elements: of a structure, or what an exported twin has of a law with many sliders.
+        model: whose ports say which lines are one.
+    """
+    out, sliders = list[NonlinearElement](), dict[bytes, list[NonlinearElement]]()
+    for element in elements:
+        if element.mechanism == Hysteresis.name and element.port in model.ports:
+            row = model.port(element.port)
+            line = np.round(row / np.max(np.abs(row)), DIGITS) + 0.0
+            sliders.setdefault(line.tobytes(), []).append(element)
+        else:
+            out.append(element)
+    for group in sliders.values():
+        each = [(e.values["stiffness"], e.values["yield_force"]) for e in group]
+        one = Microslip.of_sliders(group[0].port, [(k, force / k) for k, force in each])
+        out += [_together(one, group)] if one is not None else group
+    return tuple(out)
+
+
+def _together(slip: Microslip, group: Sequence[NonlinearElement]) -> NonlinearElement:
+    """Return sliders as one element, which slips as a mechanism does."""
+
+    def law(drift: Array, rate: Array) -> Array:
+        forces = [element.law(drift, rate) for element in group if element.law is not None]
+        return np.sum(forces, axis=0)
+
+    values = slip.as_json()["values"]
+    words = (
+        f"{len(group)} springs of together {sum(e.values['stiffness'] for e in group):.4g} "
+        "that yield one after the other"
+    )
+    first, last = group[0].element, group[-1].element.split(" ")[-1]
+    return NonlinearElement(f"{first} to {last}", slip.place, slip.name, values, words, law)
 
 
 def mechanisms_of(elements: Iterable[NonlinearElement]) -> tuple[Mechanism, ...]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Self
 
 import mujoco
@@ -17,6 +18,9 @@ from twin.parameter import Parameter
 SLIDERS, RATIO, FARTHEST = 12, 1.7, 2.0
 """Sliders, ratio of one's drift at yield to the next one's, and the largest one over the reach: the
 curve of first loading is met within 1 % from a hundredth of the reach to twice the reach."""
+
+SAME = 1e-6
+"""Relative error within which sliders are those of a law: a model's text has more digits."""
 
 
 def law(
@@ -117,6 +121,27 @@ class Microslip(Law):
         each = range(SLIDERS)
         later = [second * RATIO ** ((i - 1) * (power - 1)) for i in each]
         return [(later[i] if i else first, shortest * RATIO**i) for i in each]
+
+    @classmethod
+    def of_sliders(cls, place: str, sliders: Sequence[tuple[float, float]]) -> Self | None:
+        """Return what has these sliders and takes the place of their springs, None where none has.
+
+        Args:
+            place: their port.
+            sliders: stiffness [N/m] and drift at yield [m] of each, in any order.
+        """
+        if len(sliders) != SLIDERS or min(min(one) for one in sliders) <= 0:
+            return None
+        (first, _), (second, _), (third, _), *_, (_, longest) = sorted(sliders, key=lambda s: s[1])
+        power = 1 + float(np.log(third / second)) / float(np.log(RATIO))
+        if not 0 < power < 1:
+            return None
+        found = cls(place, 1.0, 1 / power - 1, 0.0, longest / FARTHEST)
+        found = found.scaled(first / found.sliders()[0][0])
+        if not np.allclose(sorted(found.sliders()), sorted(sliders), rtol=SAME, atol=0.0):
+            return None
+        own = sum(k for k, _ in sliders) + float(found.numbers[0])
+        return replace(found, replaced=own, storey_stiffness=own)
 
     def priors(self) -> dict[str, tuple[float, float]]:
         """A part of the storey slips, most likely its own, from a thousandth of it to all of it.
