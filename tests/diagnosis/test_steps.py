@@ -8,7 +8,15 @@ from diagnosis_support import lumped, recorded
 
 from twin.diagnosis.explanation import Explanation, from_prior_noise
 from twin.diagnosis.hypothesis import Hypothesis
-from twin.diagnosis.parts import HARMONIC, MOST_STEPS, OUT_OF_STEP, STEPS, parts_of, yielding
+from twin.diagnosis.parts import (
+    HARMONIC,
+    MOST_STEPS,
+    NARROW,
+    OUT_OF_STEP,
+    STEPS,
+    parts_of,
+    yielding,
+)
 from twin.diagnosis.prepare import prepare
 from twin.diagnosis.scales import Scales
 from twin.estimation.fit import fit
@@ -47,14 +55,23 @@ def test_a_fit_held_back_by_its_noise_is_made_again(problem):
     assert from_prior_noise(settled).log_odds >= settled.log_odds
 
 
-def test_what_holds_is_in_step_with_every_mode_below_half_the_sampling_rate(problem):
+def test_what_holds_moves_no_resonance_by_much_of_its_width(problem):
     slow = np.array([[1.0, 1.0, 1e-3]])
     assert parts_of(problem, slow, every_mode=False) == STEPS
     fast = replace(problem, sampling_hz=3.3 * np.max(problem.frequencies))
-    w = 2 * np.pi * np.max(fast.frequencies)
-    parts = parts_of(fast, slow, every_mode=True)
-    assert (w * fast.step_s / parts) ** 2 / 12 <= OUT_OF_STEP
-    assert (w * fast.step_s / (parts - 1)) ** 2 / 12 > OUT_OF_STEP
+    w = 2 * np.pi * fast.frequencies
+    seconds = len(fast.recordings[0].y) * fast.step_s
+
+    def allowed(damping):
+        """Greatest relative error of a force, by the damping ratio of each mode."""
+        return np.minimum(OUT_OF_STEP, 4 * NARROW * np.maximum(damping, np.pi / (w * seconds)))
+
+    for light in (1.0, 0.2, 1e-6):
+        model = replace(fast.model, R=light * fast.model.R)
+        damping = np.diag(model.R) / (2 * w * np.diag(model.M))
+        parts = parts_of(replace(fast, model=model), slow, every_mode=True)
+        assert np.all((w * fast.step_s / parts) ** 2 / 12 <= allowed(damping))
+        assert np.any((w * fast.step_s / (parts - 1)) ** 2 / 12 > allowed(damping))
 
 
 def test_a_port_yields_within_a_part_that_its_modes_are_too_fast_for(problem):
