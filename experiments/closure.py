@@ -35,7 +35,7 @@ from experiments.closure_rigs import (
     mechanisms_of,
     record,
 )
-from experiments.closure_sizes import visible
+from experiments.closure_sizes import shows, visible
 from twin.campaign import campaign
 from twin.mechanisms.mechanism import ChannelFault, Disturbance, Mechanism
 from twin.model import Twin
@@ -129,7 +129,8 @@ def tasks_of(structures: Iterable[str], mechanisms: Iterable[str], out: Path) ->
     """Return the rows by name; no mechanism named means the whole vocabulary."""
     wanted, found = tuple(mechanisms), {}
     for structure in structures:
-        there = [PLAIN, *mechanisms_of(STRUCTURES[structure])]
+        rig = STRUCTURES[structure]
+        there = [PLAIN, *(name for name in mechanisms_of(rig) if shows(rig, name))]
         for name in there if not wanted else [name for name in wanted if name in there]:
             found[f"{structure} {name}"] = Task(structure, name, out)
     return found

@@ -9,8 +9,13 @@ import numpy as np
 
 from experiments.closure_rigs import Structure, linear_of, place_of, shaken
 from twin.mechanisms import vocabulary
-from twin.mechanisms.mechanism import Mechanism, StructuralChange, Surroundings
+from twin.mechanisms.mechanism import Mechanism, Surroundings
+from twin.mechanisms.p_delta import PDelta
 from twin.model.free_run import free_run
+
+WEIGHT = 0.03
+"""Share of its stiffness that a weight must take at a port to be seen: three times a drawing's
+tolerance."""
 
 
 def visible(structure: Structure, name: str) -> Mechanism:
@@ -57,21 +62,28 @@ def visible(structure: Structure, name: str) -> Mechanism:
         "sensor_quantisation": {"step": 0.2 * level},
         "sensor_resonance": {"frequency": 0.35 * structure.sampling_hz, "damping_ratio": 0.05},
         "clock": {"rate": 1e-3},
+        "p_delta": {"factor": 1.0},
         "sensor_highpass": {"corner": 0.3 * around.natural_frequencies[0]},
     }
     guesses = cls.starts(place, around)
     found = guesses[-1] if guesses else cls(place)
-    if name == "p_delta" and isinstance(found, StructuralChange):
-        sizes[name] = {"factor": max(1.0, 0.08 / _softened(structure, found))}
     given = {cls.fields_of.get(field, field): value for field, value in sizes.get(name, {}).items()}
     return replace(found if name not in sizes or not guesses else guesses[0], **given)
 
 
-def _softened(structure: Structure, mechanism: StructuralChange) -> float:
-    """Return what share of the stiffness at its port a change of the structure takes."""
-    model = linear_of(structure)
+def shows(structure: Structure, name: str) -> bool:
+    """Return whether a mechanism can be seen at its place: a weight only where it is heavy enough.
+
+    One that takes less of the stiffness than a drawing may err is a stiffness within its tolerance,
+    and no more than its full weight can act.
+    """
+    if not issubclass(vocabulary()[name], PDelta):
+        return True
+    mechanism, model = visible(structure, name), linear_of(structure)
+    assert isinstance(mechanism, PDelta)
     bent = np.linalg.solve(model.K, model.port(mechanism.place))
-    return 1 - float(bent @ mechanism.edit(model).K @ bent) / float(bent @ model.K @ bent)
+    softer = float(bent @ mechanism.edit(model).K @ bent) / float(bent @ model.K @ bent)
+    return 1 - softer > WEIGHT
 
 
 def _around(structure: Structure, place: str) -> Surroundings:

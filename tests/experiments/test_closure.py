@@ -89,3 +89,8 @@ def test_the_table_counts_what_is_right():
     }  # fmt: skip
     last = closure.table(rows).splitlines()[-1]
     assert last == "| all | | | 1 of 2 | 1 of 1 | 1 of 1 |"
+
+
+def test_a_weight_that_takes_less_than_a_drawing_errs_has_no_row(tmp_path):
+    rows = closure.tasks_of(("chain", "cantilever"), ("p_delta", "stiffness"), tmp_path)
+    assert list(rows) == ["chain p_delta", "chain stiffness", "cantilever stiffness"]
