@@ -16,7 +16,7 @@ STEPS, MOST_STEPS, FINEST = 4, 16, 64
 """Parts of a sample in which laws are stepped: at least, so that the instant of a jump is known to
 a quarter of a sample, and at most, beyond which the third harmonic of the motion is near half the
 sampling rate, where no output shows it. For a light damping of a mode that is as fast: of one at
-half the sampling rate with a damping ratio of 0.3 %."""
+half the sampling rate with a damping ratio of 0.25 %."""
 
 HARMONIC, OUT_OF_STEP = 3, 2e-3
 """Up to which harmonic of the motion a law's force is stepped with so small a relative error: that
