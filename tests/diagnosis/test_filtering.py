@@ -1,6 +1,7 @@
 """The analyser's filter is found in what it makes of a law's jumps."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -24,24 +25,39 @@ EDGE, ORDER, TIMES = 0.74, 5, 16
 """Of the filter, none of which the search begins with, and how much faster it is simulated."""
 
 
-def filtered(seed):
-    """A recording of a frame that rubs, all channels behind one Butterworth filter."""
-    samples = round(10 * RATE)
-    t = np.arange(samples * TIMES) / (RATE * TIMES)
+def seen_through(analyser, law, rate, seconds, highest, seed):
+    """A recording of a frame with a law, all channels behind an analyser's filter.
+
+    Args:
+        analyser: what it makes of a channel that is sampled ``TIMES`` as fast.
+        law: what the frame has.
+        rate: at which it samples [Hz].
+        seconds: of the recording.
+        highest: frequency of the force [Hz].
+        seed: of force and noise.
+    """
+    samples = round(seconds * rate)
+    t = np.arange(samples * TIMES) / (rate * TIMES)
     draw = rng(seed)
-    f = np.linspace(0.3, 12.0, 160)
+    f = np.linspace(0.3, highest, 160)
     phase = draw.uniform(0, 2 * np.pi, len(f))
     force = 0.3 * np.sqrt(2 / len(f)) * np.cos(2 * np.pi * f * t[:, None] + phase).sum(axis=1)
     force *= 1 - np.exp(-t / 0.2)
-    twin = lumped().including(CoulombFriction("storey2", 0.1))
-    moved = twin.simulate({"force_floor2": force}, RATE * TIMES, len(force)).columns
-    analyser = butter(ORDER, EDGE / 2 * RATE, fs=RATE * TIMES, output="sos")
+    twin = lumped().including(law)
+    moved = twin.simulate({"force_floor2": force}, rate * TIMES, len(force)).columns
     columns = {"force_floor2": force} | {f"acc_{floor}": moved[f"acc_{floor}"]
                                          for floor in twin.floors}  # fmt: skip
-    seen = {name: sosfilt(analyser, x)[::TIMES] for name, x in columns.items()}
+    seen = {name: analyser(x)[::TIMES] for name, x in columns.items()}
     noisy = {name: x + 2e-3 * draw.standard_normal(samples) * name.startswith("acc")
              for name, x in seen.items()}  # fmt: skip
-    return Recording.build(RATE, noisy, f"seed{seed}.csv")
+    return Recording.build(rate, noisy, f"seed{seed}.csv")
+
+
+def filtered(seed):
+    """A recording of a frame that rubs, behind Butterworth's filter."""
+    sections = butter(ORDER, EDGE / 2 * RATE, fs=RATE * TIMES, output="sos")
+    law = CoulombFriction("storey2", 0.1)
+    return seen_through(partial(sosfilt, sections), law, RATE, 10.0, 12.0, seed)
 
 
 @pytest.fixture(scope="module")
@@ -77,27 +93,13 @@ def test_filters_stay_those_that_analysers_have(rubbing):
 
 SLOW = 24.0
 """Sampling rate at which a cubic spring's third harmonics of the second mode are folded [Hz]."""
-NOISE = 2e-3
 
 
 def sprung(strength, seed):
-    """A slow recording of a frame with a cubic spring, through an analyser of linear phase."""
-    samples = round(40 * SLOW)
-    t = np.arange(samples * TIMES) / (SLOW * TIMES)
-    draw = rng(seed)
-    f = np.linspace(0.3, 9.0, 160)
-    phase = draw.uniform(0, 2 * np.pi, len(f))
-    force = 0.3 * np.sqrt(2 / len(f)) * np.cos(2 * np.pi * f * t[:, None] + phase).sum(axis=1)
-    force *= 1 - np.exp(-t / 0.2)
-    twin = lumped().including(CubicStiffness("storey2", strength))
-    moved = twin.simulate({"force_floor2": force}, SLOW * TIMES, len(force)).columns
-    columns = {"force_floor2": force} | {f"acc_{floor}": moved[f"acc_{floor}"]
-                                         for floor in twin.floors}  # fmt: skip
-    analyser = firwin(128 * TIMES + 1, SLOW / 2, fs=SLOW * TIMES)
-    seen = {name: np.convolve(x, analyser, "same")[::TIMES] for name, x in columns.items()}
-    noisy = {name: x + NOISE * draw.standard_normal(samples) * name.startswith("acc")
-             for name, x in seen.items()}  # fmt: skip
-    return Recording.build(SLOW, noisy, f"seed{seed}.csv")
+    """A slow recording of a frame with a cubic spring, behind a filter of linear phase."""
+    taps = firwin(128 * TIMES + 1, SLOW / 2, fs=SLOW * TIMES)
+    law = CubicStiffness("storey2", strength)
+    return seen_through(lambda x: np.convolve(x, taps, "same"), law, SLOW, 40.0, 9.0, seed)
 
 
 def test_harmonics_that_an_analyser_takes_are_not_folded():

@@ -158,11 +158,13 @@ def filter_in_words(hypothesis: Hypothesis) -> tuple[str, ...]:
     """Say how laws are seen of which samples do not show all; nothing where there are none."""
     if not hypothesis.stirs:
         return ()
-    corners = "laws with corners" if hypothesis.blurred else "laws whose harmonics are folded"
+    smooth = "laws whose harmonics reach half the sampling rate"
+    corners = "laws with corners" if hypothesis.blurred else smooth
     which = "laws that jump" if hypothesis.jumps else corners
     seen = hypothesis.problem.low_pass
     if seen is None:
-        return (f"{which} follow the estimated motion; their jumps count for less",)
+        less = "; their jumps count for less" if hypothesis.blurred else ""
+        return (f"{which} follow the estimated motion{less}",)
     kind = f"Butterworth's of order {seen.order}" if seen.order else "of linear phase"
     edge = f"{seen.cut_off / 2:g} of the sampling rate"
     return (f"{which} are simulated, and seen through a low-pass {kind}, its edge {edge}",)

@@ -39,14 +39,13 @@ def parts_of(problem: Problem, scales: Array, every_mode: bool) -> int:
     if not len(scales):
         return 1
     quickest = HARMONIC * float(np.max(scales[:, 2] / scales[:, 1]))
-    if every_mode:
-        return max(_parts(quickest * problem.step_s, OUT_OF_STEP), _of_modes(problem))
-    return _parts(quickest * problem.step_s, OUT_OF_STEP)
+    wanted = _parts(quickest * problem.step_s, OUT_OF_STEP, MOST_STEPS)
+    return max(wanted, _of_modes(problem)) if every_mode else wanted
 
 
-def _parts(angle: float, error: float) -> int:
-    """Return the parts of a sample, in which a motion turns by an angle, with a relative error."""
-    return int(np.clip(np.ceil(angle / np.sqrt(12 * error)), STEPS, MOST_STEPS))
+def _parts(angle: Array | float, error: Array | float, most: int) -> int:
+    """Return the parts of a sample, in which motions turn by angles, with these relative errors."""
+    return int(np.clip(np.max(np.ceil(angle / np.sqrt(12 * error)), initial=STEPS), STEPS, most))
 
 
 def _of_modes(problem: Problem) -> int:
@@ -61,8 +60,7 @@ def _of_modes(problem: Problem) -> int:
     longest = max(len(r.y) for r in problem.recordings) * problem.step_s
     narrowest = np.maximum(damped, 1 / (2 * f * longest))
     error = np.minimum(OUT_OF_STEP, 4 * NARROW * narrowest)
-    wanted = np.ceil(w * problem.step_s / np.sqrt(12 * error))
-    return int(np.clip(np.max(wanted, initial=STEPS), STEPS, FINEST))
+    return _parts(w * problem.step_s, error, FINEST)
 
 
 def yielding(problem: Problem, places: Sequence[str], part_s: float) -> NDArray[np.bool_]:
