@@ -5,6 +5,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from beam_support import problem_of, random_force
 from diagnosis_support import RATE, lumped, recorded, rng
 from scipy.signal import butter, firwin, sosfilt
 
@@ -19,6 +20,7 @@ from twin.estimation.likelihood import evaluate
 from twin.estimation.low_pass import LowPass
 from twin.mechanisms.coulomb_friction import CoulombFriction
 from twin.mechanisms.cubic_stiffness import CubicStiffness
+from twin.mechanisms.stiffness_drift import StiffnessDrift
 from twin.recording import Recording
 
 EDGE, ORDER, TIMES = 0.74, 5, 16
@@ -114,6 +116,17 @@ def test_harmonics_that_an_analyser_takes_are_not_folded():
     assert fits[0].log_evidence > fits[1].log_evidence + 100
     values = {u.name: u.value(z) for u, z in zip(through.unknowns, fits[0].z, strict=True)}
     assert values["cubic_stiffness storey2 stiffness"] == pytest.approx(1e6, rel=0.01)
+
+
+def test_a_law_that_leans_on_modes_above_half_the_rate_is_simulated_with_them():
+    beam = problem_of(random_force(60.0, 1), random_force(60.0, 2)[:, [0, 0]], 0.01)
+    problem = replace(beam, low_pass=LowPass(1.0))
+    law = StiffnessDrift("hinge3", 0.01, 20.0)
+    h = Hypothesis(problem, (law,), (priors_of([law]),))
+    assert problem.rings
+    assert not problem.folds(law.harmonics)
+    assert h.simulated
+    assert not Hypothesis(problem).simulated, "nothing leans on them"
 
 
 def test_harmonics_below_half_the_rate_need_no_simulation():

@@ -132,7 +132,8 @@ def test_a_delay_to_which_the_twin_has_adjusted_itself_is_followed_though_its_sl
         return [(0.0 if flat else 10.0, 1.0, np.zeros(len(self.names))) for flat in late]
 
     monkeypatch.setattr(ScoreTest, "along", flat)
-    first, second = screen(found, h, candidates, moved).followed()
+    told = screen(found, h, candidates, moved)
+    first, second = told.followed(*told.valleys, *told.hidden)
     assert first.candidate.label == ("sensor_delay", "acc_floor1")
     assert second.gain > np.log(len(candidates)), "something is unexplained"
     assert first.gain > second.gain + 100
@@ -186,9 +187,11 @@ def test_an_effect_far_weaker_than_the_first_guess_is_promising():
     ready = prepare(lumped(), [recorded(lumped(weak), 1, 0.6)], [recorded(lumped(), 2)])
     h = Hypothesis(ready.train)
     fitted = fit(h, start_of(h))
-    (score,) = screen(
+    told = screen(
         fitted, h, [Candidate((guess,), priors_of([guess]))], motions(h.problem, h, fitted.z)
-    ).followed()
+    )
+    (score,) = told.best()
+    assert not told.by_chance
     assert score.gain > 20
     assert score.start.stiffness == pytest.approx(2e4, rel=0.3)
 
@@ -199,10 +202,40 @@ def test_a_light_appendage_is_heard_in_all_samples_at_its_own_frequency():
     blank = Hypothesis(problem)
     fitted = fit(blank, start_of(blank))
     found = candidates_of(problem, blank, fitted)
-    first = screen(fitted, *found).followed()[0]
+    told = screen(fitted, *found)
+    first = told.followed(*told.valleys, *told.hidden)[0]
     assert first.candidate.label == ("appendage", "floor2")
     assert first.start.frequency == pytest.approx(3.1, rel=0.03)
     assert first.start.mass == pytest.approx(5e-4, rel=0.5)
+
+
+def test_what_chance_may_promise_is_told_from_what_it_may_not():
+    guess = CubicStiffness("storey1", 1e7)
+    for strength, chance in ((0.0, True), (2e4, False)):
+        ready = prepare(
+            lumped(), [recorded(lumped(CubicStiffness("storey1", strength)), 1, 0.6)],
+            [recorded(lumped(), 2)],
+        )  # fmt: skip
+        h = Hypothesis(ready.train)
+        fitted = fit(h, start_of(h))
+        told = screen(
+            fitted, h, [Candidate((guess,), priors_of([guess]))], motions(h.problem, h, fitted.z)
+        )
+        assert told.by_chance == chance
+        assert not told.hidden
+
+
+def test_each_of_many_frequencies_has_a_part_of_the_odds_of_all(monkeypatch):
+    problem = prepare(lumped(), [recorded(lumped(), 1)], [recorded(lumped(), 2)]).train
+    h = Hypothesis(problem)
+    fitted = fit(h, start_of(h))
+    moved = motions(problem, h, fitted.z)
+    gains = [(5.0, 1.0, np.zeros(len(h.unknowns)))]
+    monkeypatch.setattr(ScoreTest, "along", lambda self, pairs: gains * len(pairs))
+    for count, promises in ((1, True), (2, True), (400, False)):
+        starts = [Appendage("floor1", 0.01, f, 0.03) for f in np.linspace(5.0, 50.0, count)]
+        told = screen(fitted, h, [Candidate(tuple(starts), priors_of(starts))], moved)
+        assert any(starts[0] in c.starts for c in told.valleys) == promises
 
 
 def candidates_of(problem, blank, fitted):
@@ -226,7 +259,8 @@ def test_a_damper_that_the_twins_own_damping_stood_for_promises_what_it_brings()
     here = replace(blank, scales=scales_of(problem, moved))
     starts = Damping.starts("storey2", surroundings(problem, moved, "storey2"))
     candidate = Candidate(starts, priors_of(starts))
-    (score,) = screen(fitted, here, [candidate], moved).followed()
+    told = screen(fitted, here, [candidate], moved)
+    (score,) = told.followed(*told.valleys, *told.hidden)
     grown = added(here, candidate, score.start)
     brought = fit(grown, moved_to(grown, here, fitted.z, score.start))
     gain = brought.log_posterior - fitted.log_posterior

@@ -95,7 +95,7 @@ LAWS = [
     (make("coulomb_friction", "storey2", 0.1, 1e-5), 2e-4, 2e-3),
     (make("hysteresis", "storey1", 300.0, 0.5, 20.0, 300.0), 0.005, 0.01),
     (make("hysteresis", "storey1", 300.0, 0.5, 2.0, 300.0), 0.1, 0.12),
-    (make("microslip", "storey1", 200.0, 1.0, 200.0, 0.004), 0.02, 0.04),
+    (make("microslip", "storey1", 200.0, 1.0, 200.0, 0.004), 1e-3, 3e-3),
 ]
 
 

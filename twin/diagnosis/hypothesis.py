@@ -107,9 +107,13 @@ class Hypothesis:
 
     @property
     def stirs(self) -> bool:
-        """Whether samples do not show all that a law does: jumps, what corners ring, harmonics."""
-        most = max((law.harmonics for law in self._every_law), default=1)
-        return self.jumps or (self.blurred and self.problem.rings) or self.problem.folds(most)
+        """Whether samples do not show all that a law does: jumps, fast modes, harmonics.
+
+        A law leans on modes above half the sampling rate, too: stepped with more damping than their
+        own they would give way late, and a spring would damp.
+        """
+        most = max((law.harmonics for law in self._every_law), default=0)
+        return self.jumps or (most > 0 and self.problem.rings) or self.problem.folds(most)
 
     @property
     def simulated(self) -> bool:

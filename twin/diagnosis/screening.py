@@ -15,6 +15,7 @@ from twin.diagnosis.candidates import Candidate
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.missing_force import along_motion
 from twin.diagnosis.motion import Motion
+from twin.diagnosis.portion import SURE
 from twin.diagnosis.pull import pull_of
 from twin.diagnosis.response import respond
 from twin.diagnosis.score_test import ScoreTest
@@ -43,13 +44,17 @@ class Screened:
         candidates: all of them.
         test: the score test.
         scores: first guesses, those of a candidate in any order.
-        valleys: candidates of which short fits would tell more.
+        valleys: candidates that promise something, and of which short fits tell more.
+        hidden: those that may promise nothing although they are there.
+        by_chance: what promises something, chance may promise.
     """
 
     candidates: tuple[Candidate, ...]
     test: ScoreTest
     scores: tuple[Score, ...]
     valleys: tuple[Candidate, ...]
+    hidden: tuple[Candidate, ...]
+    by_chance: bool
 
     def best(self, more: Sequence[Score] = ()) -> list[Score]:
         """Return the best first guess of every candidate, the most promising first."""
@@ -59,9 +64,9 @@ class Screened:
                 best[score.candidate.label] = score
         return sorted(best.values(), key=lambda s: -s.gain)
 
-    def followed(self) -> list[Score]:
-        """Return the same, with what short fits tell."""
-        return self.best(of_valleys(self.test.fit, self.test.linear, self.valleys))
+    def followed(self, *asked: Candidate, more: Sequence[Score] = ()) -> list[Score]:
+        """Return the same, with what short fits of the candidates tell that are asked for."""
+        return self.best([*more, *of_valleys(self.test.fit, self.test.linear, asked)])
 
 
 def screen(
@@ -80,6 +85,7 @@ def screen(
     scores = _of_laws(test, laws, moved) + _of_pulls(test, candidates, moved)
     least = float(np.log(max(len(candidates), 2)))
     directions, valleys, shifting = list[_Direction](), list[Candidate](), list[Candidate]()
+    promised, ways = list[float](), dict[tuple[str, str], float]()
     for candidate in candidates:
         first = candidate.starts[0]
         if isinstance(first, Law):
@@ -90,7 +96,8 @@ def screen(
             # a force that nobody measured changes the innovations' covariance alone; what is there
             # or not has no strength
             rises = [test.whole(candidate, start) for start in candidate.starts]
-            if max(rises) > least:
+            promised.append(max(rises))
+            if promised[-1] > least:
                 likelier = np.argsort(rises)[len(rises) // 2 :]
                 kept = tuple(candidate.starts[i] for i in sorted(likelier))
                 valleys.append(replace(candidate, starts=kept))
@@ -102,7 +109,9 @@ def screen(
         elif first.valleys == 1 and (freed := _freed(test, candidate, first)) is not None:
             scores.append(freed)
         else:
-            directions += [(candidate, *alike) for alike in directions_of(candidate.starts)]
+            several = directions_of(candidate.starts)
+            directions += [(candidate, *alike) for alike in several]
+            ways[candidate.label] = float(np.log(len(several)))
     promising, flat = (dict[tuple[str, str], list[Mechanism]]() for _ in range(2))
     told = test.along([(candidate, first) for candidate, first, _ in directions])
     for (candidate, first, alike), found in zip(directions, told, strict=True):
@@ -112,7 +121,11 @@ def screen(
         if first.valleys == 1:
             scores += [_scaled(test, candidate, start, gain, strength / ratio, shift * ratio)
                        for start, ratio in alike]  # fmt: skip
-        elif gain - candidate.width(first.scaled(strength), gain) > least:
+            continue
+        # one of several directions has a part of the odds of all of them
+        gain -= candidate.width(first.scaled(strength), gain) + ways[candidate.label]
+        promised.append(gain)
+        if gain > least:
             promising.setdefault(candidate.label, []).extend(nearest(alike, strength))
         else:
             flat.setdefault(candidate.label, []).extend(start for start, _ in alike)
@@ -121,21 +134,22 @@ def screen(
             valleys.append(replace(candidate, starts=tuple(promising[candidate.label])))
     if not hypothesis.laws:  # with laws they would be followed beside laws that are held
         valleys += _followed(scores, least)
-    if valleys or any(score.gain > least for score in scores):
-        # no small change tells of a resonance that comes from where there is none, nor of a delay
-        # to which the twin has adjusted itself; but where it matters, something nearer does not
-        # fit either
-        valleys += shifting
-        hidden = [c for c in candidates if c.label in flat and c.label not in promising]
-        valleys += [replace(c, starts=tuple(flat[c.label])) for c in hidden]
-    return Screened(tuple(candidates), test, tuple(scores), tuple(valleys))
+    most = max([*promised, *(score.gain for score in scores)], default=0.0)
+    # no small change tells of a resonance that comes from where there is none, nor of a delay to
+    # which the twin has adjusted itself; but where it matters, something nearer does not fit either
+    silent = [c for c in candidates if c.label in flat and c.label not in promising]
+    beyond = [*shifting, *(replace(c, starts=tuple(flat[c.label])) for c in silent)]
+    hidden = beyond if most > least else []
+    by_chance = most < least + SURE
+    return Screened(
+        tuple(candidates), test, tuple(scores), tuple(valleys), tuple(hidden), by_chance
+    )
 
 
 def _followed(scores: Sequence[Score], least: float) -> list[Candidate]:
     """Return changes of the structure that short fits follow: the likeliest places of each.
 
-    A twin that lacks one has moved as far as it goes to stand for it, and must move back: straight
-    lines from there tell of less than there is.
+    A twin that lacks one has moved far to stand for it: straight lines tell of less than there is.
     """
     worth = [s for s in scores if s.gain > least and isinstance(s.start, StructuralChange)]
     worth.sort(key=lambda score: -score.gain)

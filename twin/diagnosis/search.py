@@ -190,13 +190,23 @@ def _promising(
     back = _back(best, fits)
     beside = [c for c in candidates if back is None or not seen_in_simulation(c.starts[0])]
     told = screen(best.fit, here, beside, moved)
-    scores = told.followed() if back is None else told.best()
-    worth = [s for s in scores if s.gain > cost]
-    first = first_of_each([s.candidate.label[0] for s in worth])[:WIDTH]
-    moves = [[worth[i]] for i in first] + families(here, scores, cost)
-    begun = [grown_by(here, best, scores) for scores in moves]
-    more = fitted(here, best, begun, cost, say, back)
-    fits += [e for e in more if not says_less(e, candidates)]
+
+    def more(scores: Sequence[Score]) -> list[Explanation]:
+        worth = [s for s in scores if s.gain > cost]
+        first = first_of_each([s.candidate.label[0] for s in worth])[:WIDTH]
+        moves = [[worth[i]] for i in first] + families(here, scores, cost)
+        begun = [grown_by(here, best, several) for several in moves]
+        found = fitted(here, best, begun, cost, say, back)
+        return [e for e in found if not says_less(e, candidates)]
+
+    by_chance = back is None and told.by_chance
+    asked = told.valleys if by_chance else (*told.valleys, *told.hidden)
+    scores = told.followed(*asked) if back is None else told.best()
+    fits += more(scores)
+    if by_chance and any(e.log_odds > best.log_odds for e in fits):  # it was none
+        known = {s.candidate.label for s in scores if s.gain > cost}
+        scores = told.followed(*told.hidden, more=scores)
+        fits += more([s for s in scores if s.candidate.label not in known])
     return fits, scores, drawn if back is not None else []
 
 

@@ -58,17 +58,23 @@ class Ringing:
         samples, laws = len(more), forces.shape[1]
         before = np.repeat(forces[steps - 1 : steps], REACH * steps, axis=0)
         driven = np.concatenate([before, forces])
-        fine = next_fast_len(SILENCE * len(driven), real=True)
-        coarse = next_fast_len(SILENCE * samples, real=True)
-        key = fine, coarse, steps
+        length = next_fast_len(SILENCE * -(-len(driven) // steps), real=True)
+        key = length, steps
         if key not in self._answers:
+            lines = np.arange(min(length, length * steps // 2) + 1) / length
             self._answers[key] = (
-                self._exact(np.asarray(np.fft.rfftfreq(fine, step_s / steps), float), fine, shown),
-                self._stepped(np.exp(2j * np.pi * np.fft.rfftfreq(coarse)), step_s),
+                self._exact(lines / step_s, length * steps, shown),
+                self._stepped(np.exp(2j * np.pi * np.fft.rfftfreq(length)), step_s),
             )
         exact, found = self._answers[key]
-        true = _through(exact, driven, fine)[: samples * steps : steps]
-        return np.asarray(true - _through(found, more[:, laws:], coarse)[:samples])
+        # the filter leaves nothing beyond the sampling rate, and of the parts' outputs those at
+        # samples are kept: what is above half the rate folds
+        fine = np.fft.rfft(driven, length * steps, axis=0)[: length + 1]
+        true = (exact @ fine) / steps
+        low = length // 2 + 1
+        folded = true[:low] + (np.conj(true[::-1][:low]) if steps > 1 else 0.0)
+        begun = np.fft.rfft(more[:, laws:], length, axis=0)
+        return np.asarray(np.fft.irfft(folded - found @ begun, length, axis=0)[:samples])
 
     @cached_property
     def _ports(self) -> tuple[Array, Array]:
@@ -89,7 +95,7 @@ class Ringing:
             np.einsum("mk,fk,kl->fml", read, answer, self._ports[0], optimize=True)
             for read, answer in zip(self.seen, (q, s[:, None] * q, a), strict=True)
         )
-        return np.asarray(response * np.conj(np.fft.rfft(shown, length))[:, None, None])
+        return np.asarray(response * np.conj(np.fft.rfft(shown, length)[: len(f)])[:, None, None])
 
     def _stepped(self, z: Complex, step_s: float) -> Complex:
         """Return the outputs' response to Legendre coefficients, in turn, (., m, MOMENTS l)."""
@@ -126,9 +132,3 @@ def between_samples(pole: Any, step_s: float, count: int = 2) -> tuple[Any, ...]
         out.append(made)
         before = made
     return tuple(out)
-
-
-def _through(response: Complex, drive: Array, length: int) -> Array:
-    """Return what a response (., m, l) makes of signals (samples, l, q), (length, m, q)."""
-    spectrum = np.fft.rfft(drive, length, axis=0)
-    return np.asarray(np.fft.irfft(response @ spectrum, length, axis=0))

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Self
 import mujoco
 import numpy as np
 
-from twin.mechanisms.edits import Line, step_finely
+from twin.mechanisms.edits import SLIP_STEP, Line, step_finely
 from twin.mechanisms.hysteresis import PART
 from twin.mechanisms.mechanism import Law, Surroundings
 from twin.mechanisms.scales import TINY, peak
@@ -164,7 +164,7 @@ class Microslip(Law):
                 slider = line.tendon(f"{self.name}_{number}")
                 slider.stiffness = [stiffness, 0.0, 0.0]
                 slider.springyield = yields
-            step_finely(spec)
+            step_finely(spec, SLIP_STEP)
         line.tendon(self.name).stiffness = [self.numbers[0], 0.0, 0.0]
 
     @classmethod
