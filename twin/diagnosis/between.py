@@ -158,7 +158,9 @@ def filter_in_words(hypothesis: Hypothesis) -> tuple[str, ...]:
     """Say how laws are seen of which samples do not show all; nothing where there are none."""
     if not hypothesis.stirs:
         return ()
-    smooth = "laws whose harmonics reach half the sampling rate"
+    leaning = "laws that lean on modes above half the sampling rate"
+    folded = "laws whose harmonics reach half the sampling rate"
+    smooth = leaning if hypothesis.problem.rings else folded
     corners = "laws with corners" if hypothesis.blurred else smooth
     which = "laws that jump" if hypothesis.jumps else corners
     seen = hypothesis.problem.low_pass
