@@ -81,7 +81,7 @@ class Hypothesis:
         """Outputs that see the force of a law that jumps: there stands a discrepancy, too."""
         model = self.problem.model
         seen = np.zeros(len(model.outputs))
-        for law in [law for law in self._abrupt if law.jumps]:
+        for law in [law for law in self._every_law if law.abrupt and law.jumps]:
             moved = np.linalg.solve(model.M, model.port(law.place))
             through = np.abs(model.Ca @ moved) / np.linalg.norm(moved)
             seen = np.maximum(seen, through / np.maximum(np.max(np.abs(model.Ca), axis=1), 1e-300))
@@ -92,18 +92,14 @@ class Hypothesis:
         return (*self.laws, *(m for m in self.problem.known if isinstance(m, Law)))
 
     @property
-    def _abrupt(self) -> list[Law]:
-        return [law for law in self._every_law if law.abrupt]
-
-    @property
     def blurred(self) -> bool:
         """Whether a law has corners."""
-        return bool(self._abrupt)
+        return any(law.abrupt for law in self._every_law)
 
     @property
     def jumps(self) -> bool:
         """Whether the force of a law jumps."""
-        return any(law.jumps for law in self._abrupt)
+        return any(law.abrupt and law.jumps for law in self._every_law)
 
     @property
     def stirs(self) -> bool:
