@@ -218,11 +218,12 @@ def test_what_chance_may_promise_is_told_from_what_it_may_not():
         )  # fmt: skip
         h = Hypothesis(ready.train)
         fitted = fit(h, start_of(h))
-        told = screen(
-            fitted, h, [Candidate((guess,), priors_of([guess]))], motions(h.problem, h, fitted.z)
-        )
+        moved = motions(h.problem, h, fitted.z)
+        base = BaseCompliance.starts("ground", surroundings(h.problem, moved, "ground"))
+        candidates = [Candidate(starts, priors_of(starts)) for starts in ((guess,), base)]
+        told = screen(fitted, h, candidates, moved)
         assert told.by_chance == chance
-        assert not told.hidden
+        assert bool(told.hidden) != chance, "nothing is looked for where nothing promises"
 
 
 def test_each_of_many_frequencies_has_a_part_of_the_odds_of_all(monkeypatch):

@@ -81,7 +81,7 @@ class Hypothesis:
         """Outputs that see the force of a law that jumps: there stands a discrepancy, too."""
         model = self.problem.model
         seen = np.zeros(len(model.outputs))
-        for law in [law for law in self._every_law if law.abrupt and law.jumps]:
+        for law in (law for law in self._every_law if law.jumps):
             moved = np.linalg.solve(model.M, model.port(law.place))
             through = np.abs(model.Ca @ moved) / np.linalg.norm(moved)
             seen = np.maximum(seen, through / np.maximum(np.max(np.abs(model.Ca), axis=1), 1e-300))
@@ -99,7 +99,7 @@ class Hypothesis:
     @property
     def jumps(self) -> bool:
         """Whether the force of a law jumps."""
-        return any(law.abrupt and law.jumps for law in self._every_law)
+        return any(law.jumps for law in self._every_law)
 
     @property
     def stirs(self) -> bool:
@@ -109,7 +109,8 @@ class Hypothesis:
         own they would give way late, and a spring would damp.
         """
         most = max((law.harmonics for law in self._every_law), default=0)
-        return self.jumps or (most > 0 and self.problem.rings) or self.problem.folds(most)
+        leans = bool(self._every_law) and self.problem.rings
+        return self.jumps or leans or self.problem.folds(most)
 
     @property
     def simulated(self) -> bool:

@@ -33,8 +33,8 @@ def parts_of(problem: Problem, scales: Array, every_mode: bool) -> int:
     Args:
         problem: whose recordings they are.
         scales: of force, displacement and rate at the laws' ports, (l, 3).
-        every_mode: whether the laws are so stiff at times, as where friction holds, that they make
-            another structure of it, whose modes move at their ports as the own ones may not.
+        every_mode: whether the laws lean on all modes, or are so stiff at times, as where friction
+            holds, that they make another structure of it, whose modes move at their ports.
     """
     if not len(scales):
         return 1

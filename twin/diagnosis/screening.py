@@ -46,7 +46,7 @@ class Screened:
         scores: first guesses, those of a candidate in any order.
         valleys: candidates that promise something, and of which short fits tell more.
         hidden: those that may promise nothing although they are there.
-        by_chance: what promises something, chance may promise.
+        by_chance: whether chance may promise as much as the most promising does.
     """
 
     candidates: tuple[Candidate, ...]

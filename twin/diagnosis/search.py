@@ -204,9 +204,9 @@ def _promising(
     scores = told.followed(*asked) if back is None else told.best()
     fits += more(scores)
     if by_chance and any(e.log_odds > best.log_odds for e in fits):  # it was none
-        known = {s.candidate.label for s in scores if s.gain > cost}
+        asked_for = {s.candidate.label for s in scores if s.gain > cost}
         scores = told.followed(*told.hidden, more=scores)
-        fits += more([s for s in scores if s.candidate.label not in known])
+        fits += more([s for s in scores if s.candidate.label not in asked_for])
     return fits, scores, drawn if back is not None else []
 
 
