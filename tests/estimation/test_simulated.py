@@ -17,6 +17,7 @@ from twin.estimation.model import Trial
 from twin.estimation.passing import simulated
 from twin.estimation.sensitivities import no_slopes, numbers_of, plants_of
 from twin.estimation.system import transition
+from twin.estimation.trust import trust_in
 
 FINE, SAMPLES, NOISE = 64, 1024, 2e-3
 FORCE, WIDTH = 0.6, 1e-5
@@ -112,8 +113,9 @@ def test_where_an_input_rings_outputs_are_uncertain_by_no_more_than_friction_can
     u[60:140, 0] = 400.0 * np.sinc(np.arange(80) - 39.3)
     trial = Trial(u, u, np.zeros((200, 2)), 1 / RATE_HZ)
     of = Ringing((trial,), (FRICTION,), PORTS, low_pass=LowPass(1.0))
-    (run,) = passes(of, truth(of))
-    uncertain, system = np.sqrt(run.averages.blur), run.sampled.system
+    here = of.assemble(truth(of))
+    system = here.systems[0]
+    uncertain = np.sqrt(averages._ringing(of, here, system, trial))
     most = np.abs(system.F[:, 0]) * FORCE
     np.testing.assert_allclose(uncertain[99], most)
     # what would hold the joint still while the first mass is pushed
@@ -139,6 +141,7 @@ def test_noise_of_the_input_moves_friction_that_holds_as_little_as_the_force_doe
 def test_deviations_from_the_simulation_are_estimated_with_the_dashpot_in_their_equations():
     of = replace(model(LowPass(1.0)), trials=(recorded(0.5, 0.02),))
     z = truth(of)
+    z[[u.name for u in of.unknowns].index("input noise 0")] += np.log(0.02 / 2e-3)
     (run,) = passes(of, z)
     here, start, c = of.assemble(z), run.averages.start, run.averages.slopes[0, 1]
     plant = plants_of(here, of)[0]
@@ -150,12 +153,15 @@ def test_deviations_from_the_simulation_are_estimated_with_the_dashpot_in_their_
     C = own.C + c * np.outer(own.F[:, 0], own.rate[0])
     whole, entry, _ = transition(A, own.W, 1 / RATE_HZ, 0)
     x, last = -start, len(run.gains.state) - 1
+    trust = trust_in(run.gains, run.averages.blur)
     for k, beyond in enumerate(there.e):
         e = beyond - C @ x
         np.testing.assert_allclose(run.e[k], e, atol=1e-9)
-        x = whole @ (x + run.gains.state[min(k, last)] @ e)
-        x += entry @ run.gains.held[min(k, last)] @ e
+        trusted = trust[k] @ e
+        x = whole @ (x + run.gains.state[min(k, last)] @ trusted)
+        x += entry @ run.gains.held[min(k, last)] @ trusted
     assert c > 0
+    assert np.any(run.averages.blur)
 
 
 def test_where_a_simulation_begins_and_what_its_deviations_meet_follow_one_another(monkeypatch):

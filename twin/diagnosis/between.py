@@ -21,7 +21,7 @@ from twin.diagnosis.plant import structure_of
 from twin.diagnosis.portion import on_a_part
 from twin.diagnosis.problem import Between, Problem
 from twin.estimation.fit import Fit, fit
-from twin.estimation.passing import BESIDE_NOISE
+from twin.estimation.trust import BESIDE_NOISE
 from twin.mechanisms.sensor_delay import SensorDelay
 
 Array = NDArray[np.float64]

@@ -12,7 +12,7 @@ from twin.diagnosis.aliased import aliased
 from twin.diagnosis.measured import Load, Measured
 from twin.diagnosis.straight import HoldError, hold_error, prefiltered
 from twin.estimation.model import Trial
-from twin.estimation.passing import BESIDE_NOISE
+from twin.estimation.trust import BESIDE_NOISE
 from twin.model.linear import LinearModel
 
 if TYPE_CHECKING:

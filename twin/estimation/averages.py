@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.estimation.density import density
+from twin.estimation.instants import unknown_instants
 from twin.estimation.kalman import EquivalentLinear, gains
 from twin.estimation.law_averages import LawAverages
 from twin.estimation.laws import no_memory
@@ -25,11 +26,11 @@ from twin.estimation.passing import (
     deviations,
     run,
     simulated,
-    trust_in,
 )
 from twin.estimation.sensitivities import no_slopes, numbers_of
 from twin.estimation.start import estimated_start
 from twin.estimation.system import Noise, Sampled, System, transition
+from twin.estimation.trust import trust_in
 from twin.estimation.unknown_forces import unknown_forces
 
 Array = NDArray[np.float64]
@@ -159,18 +160,21 @@ def _holding(
         return simulated(plant, here, trial, start, np.zeros((len(start), 0)),
                          no_memory(here.laws), 0.0, none)  # fmt: skip
 
-    def likelihood(of: LawAverages, start: Array, there: Simulation) -> float:
+    def likelihood(of: LawAverages, start: Array, there: Simulation) -> tuple[float, LawAverages]:
         try:
             filtering = of.filtering(plant)
             gain = gains(filtering, noise, missing=trial.missing)
+            late = unknown_instants(here, plant, noise, of, gain, there)
+            of = replace(of, blur=_both(averages.blur, late))
             trust = trust_in(gain, of.blur)
             e, _, _ = deviations(filtering, trial, gain, trust, -start, there, none)
             value = density(e, trial.y, gain.innovation, of.blur).value
         except (ValueError, np.linalg.LinAlgError):
-            return -np.inf
-        return value if np.isfinite(value) else -np.inf
+            return -np.inf, of
+        return (value if np.isfinite(value) else -np.inf), of
 
-    before = replace(averages, slopes=near.slopes)
+    blur = near.blur if near.blur is not None and len(near.blur) == len(trial.y) else averages.blur
+    before = replace(averages, slopes=near.slopes, blur=blur)
     start, _ = estimated_start(here, trial, plant, noise, before, 1, near.start)
     there = simulation(start)
     v = there.x @ plant.system.rate.T
@@ -178,12 +182,11 @@ def _holding(
     dashpots = work / np.maximum(np.sum(v**2, axis=0), 1e-300)
     options = (None, *(np.outer(dashpots * share, (0.0, 1.0)) for share in SHARES))
     tried = [replace(averages, start=start, slopes=slopes) for slopes in options]
-    scored = [(likelihood(of, start, there), of) for of in tried]
+    scored = [likelihood(of, start, there) for of in tried]
     if near.start is not None:
-        kept = replace(near, blur=averages.blur)
-        if known is None:
-            known = likelihood(kept, near.start, simulation(near.start))
-        scored.append((known, kept))
+        kept = replace(near, blur=blur)
+        there = simulation(near.start) if known is None else there
+        scored.append(likelihood(kept, near.start, there) if known is None else (known, kept))
     return max(scored, key=lambda pair: pair[0])
 
 

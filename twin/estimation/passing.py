@@ -1,8 +1,4 @@
-"""The predictor's pass over one recording.
-
-Where an output is more uncertain than its noise, by variances B, the innovations' covariance S
-there is S + B, and the predictor believes it less, by S (S + B)^-1.
-"""
+"""The predictor's pass over one recording."""
 
 from __future__ import annotations
 
@@ -28,11 +24,9 @@ from twin.estimation.sensitivities import (
 from twin.estimation.simulated import filtered, simulate
 from twin.estimation.stepping import predict
 from twin.estimation.system import Sampled
+from twin.estimation.trust import doubt_of, trust_in
 
 Array = NDArray[np.float64]
-
-BESIDE_NOISE = 1e-3
-"""Share of an innovation's variance that changes nothing beside it: 0.05 % of its weight."""
 
 
 @dataclass(frozen=True)
@@ -82,6 +76,9 @@ class Simulation:
         e: what the outputs read beyond it, (samples, m); zero where nothing was measured.
         de: derivatives with respect to the first q unknowns of the stepping loop, (samples, m, q).
         x, z, f: states, memories and filtered forces, as those of a run.
+        forces: of the laws over the parts of the samples, as they are, (parts, l).
+        moved: displacements, then rates, at their ports where each part begins and where the last
+            one ends, (parts + 1, 2 l).
     """
 
     e: Array
@@ -89,6 +86,8 @@ class Simulation:
     x: Array
     z: Array
     f: Array
+    forces: Array
+    moved: Array
 
 
 def run(
@@ -129,8 +128,8 @@ def run(
     trust = trust_in(gain, averages.blur)
     if plant.driven is None:
         passed = _stepped(
-            plant, assembly, trial, gain_matrices(gain), trust, c(begun), dfirst, memories, begin_s,
-            d,
+            plant, assembly, trial, gain_matrices(gain), trust, doubt_of(gain, trust, d), c(begun),
+            dfirst, memories, begin_s, d,
         )  # fmt: skip
         return Run(*passed, gain, plant, averages)
     # what the simulation and what is simulated do, and how far the motion deviates from it
@@ -143,8 +142,8 @@ def run(
 
 
 def _stepped(
-    plant: Sampled, assembly: Assembly, trial: Trial, gain: Array, trust: Array, x0: Array,
-    dx0: Array, z0: Array, begin_s: float, d: Slopes,
+    plant: Sampled, assembly: Assembly, trial: Trial, gain: Array, trust: Array, doubt: Array,
+    x0: Array, dx0: Array, z0: Array, begin_s: float, d: Slopes,
 ) -> tuple[Array, Array, Array, Array, Array]:  # fmt: skip
     """Return innovations, their derivatives, states, memories and forces of a plant with laws."""
     (samples, m), laws, c = trial.y.shape, len(assembly.laws), np.ascontiguousarray
@@ -162,7 +161,7 @@ def _stepped(
         u, between, ramps = (np.pad(a, ((0, 0), (0, m))) for a in (u, between, ramps[None]))
     predict(
         addresses(assembly.laws), step, c(read), np.vstack([plant.system.drift, plant.system.rate]),
-        numbers_of(assembly), gain, trust, c(u), c(between), c(d.missed), c(trial.y), x0, z0,
+        numbers_of(assembly), gain, trust, doubt, c(u), c(between), c(d.missed), c(trial.y), x0, z0,
         begin_s, plant.steps, trial.step_s, ramps.ravel(), c(assembly.scales), dstep, dread, d.gain,
         d.numbers, dx0, d.order, e, de, x, z, f,
     )  # fmt: skip
@@ -193,12 +192,12 @@ def simulated(
     parts = samples * plant.steps + weights.shape[1]
     forces, dforces = np.empty((parts, laws)), np.empty((parts, laws, q))
     ports = np.vstack([plant.system.drift, plant.system.rate])
-    z = np.empty((samples, *z0.shape))
+    z, moved = np.empty((samples, *z0.shape)), np.empty((parts + 1, 2 * laws))
     modes = plant.driven.simulated.modes
     simulate(addresses(assembly.laws), modes.of_step(simulation_matrix(plant)), modes.near,
              ports @ modes.to, numbers, c(fine), modes.back @ x0, z0, begin_s, plant.steps,
              trial.step_s, c(assembly.scales), modes.of_step(d.simulated), d.numbers,
-             modes.back @ dx0, forces, dforces, z)  # fmt: skip
+             modes.back @ dx0, forces, dforces, z, moved)  # fmt: skip
     driven = len(weights) * laws
     more, du = np.empty((samples, driven)), np.empty((samples, driven, q))
     filtered(forces, dforces, weights, plant.steps, more, du)
@@ -207,7 +206,7 @@ def simulated(
     still = no_memory(())
     predict(
         addresses(()), step_matrix(own), read_matrix(own), np.zeros((0, n)), numbers[:0],
-        np.zeros((1, n + held, m)), np.zeros((0, 0, 0)),
+        np.zeros((1, n + held, m)), np.zeros((0, 0, 0)), np.zeros((0, 0, 0, 0)),
         np.hstack([trial.u, more[:, :laws], 0 * more[:, laws:]]), np.hstack([trial.between, more]),
         du if q else np.zeros((0, 0, 0)), c(trial.y), x0, still, begin_s, 1, trial.step_s,
         np.concatenate([ramps, np.zeros(driven)]), np.ones((0, 4)), d.step, d.read,
@@ -224,7 +223,7 @@ def simulated(
             beyond = assembly.ringing.beyond(every, drives, weights[0], plant.steps, trial.step_s)
         e -= beyond[:, :, 0] * measured
         de -= beyond[:, :, 1:] * measured[:, :, None]
-    return Simulation(e, de, x, z, more[:, :laws].copy())
+    return Simulation(e, de, x, z, more[:, :laws].copy(), forces, moved)
 
 
 def deviations(
@@ -251,7 +250,7 @@ def deviations(
     predict(
         addresses(()), np.hstack([deviation_matrix(plant), np.zeros((n, 2 * m))]),
         np.hstack([plant.system.C, -np.eye(m)]), np.zeros((0, n)), np.zeros((0, 0)),
-        gain_matrices(gain), trust, beyond.e, np.zeros((samples, m)),
+        gain_matrices(gain), trust, doubt_of(gain, trust, d), beyond.e, np.zeros((samples, m)),
         beyond.de if beyond.de.size else np.zeros((0, 0, 0)),
         np.where(np.isnan(trial.y), np.nan, 0.0), x0, still, 0.0, 1, trial.step_s,
         np.zeros(m), np.ones((0, 4)), dstep, dread, d.gain, np.zeros((0, 0, 0)),
@@ -259,20 +258,6 @@ def deviations(
         np.zeros((samples, 0)),
     )  # fmt: skip
     return e, de, x
-
-
-def trust_in(gain: Gains, blur: Array | None) -> Array:
-    """Return S (S + B)^-1 of every sample, (samples, m, m); none where nothing is blurred."""
-    if blur is None:
-        return np.zeros((0, 0, 0))
-    S = gain.innovation[np.minimum(np.arange(len(blur)), len(gain.innovation) - 1)]
-    m = S.shape[1]
-    trust = np.broadcast_to(np.eye(m), S.shape).copy()
-    hit = np.flatnonzero(np.any(blur > BESIDE_NOISE * np.diagonal(S, axis1=1, axis2=2), axis=1))
-    wide = S[hit].copy()
-    wide[:, range(m), range(m)] += blur[hit]
-    trust[hit] = np.linalg.solve(wide, S[hit]).swapaxes(1, 2)
-    return trust
 
 
 def silent(plant: Sampled) -> Gains:

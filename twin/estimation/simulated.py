@@ -27,7 +27,7 @@ from twin.estimation.stepping import FAR, derivatives_at_ports, ports_at, rememb
 @numba.njit(nogil=True, cache=True)
 def simulate(
     laws, step, near, ports, numbers, fine, x0, z0, begin_s, steps, step_s, scales, dstep,
-    dnumbers, dx0, f_out, df_out, z_out,
+    dnumbers, dx0, f_out, df_out, z_out, moved_out,
 ):  # fmt: skip
     """Fill the forces of the laws, and their derivatives, over the parts of the samples.
 
@@ -47,6 +47,8 @@ def simulate(
         dx0: of the first state, (n, p).
         f_out, df_out: filled, (parts, l), (parts, l, p).
         z_out: memories before each sample, filled, (samples, l, parts).
+        moved_out: displacements, then rates, at the ports where each part begins and where the last
+            one ends, filled, (parts + 1, 2 l).
     """
     last, r = len(fine) - 1, fine.shape[1]
     n, p, count = len(x0), dx0.shape[1], len(laws)
@@ -67,6 +69,7 @@ def simulate(
         k, part = place // steps, place % steps
         if part == 0 and place <= last:
             z_out[k] = z
+        moved_out[place] = begun
         for i in range(r):
             c[n + i] = fine[min(place, last), i]
             c[n + r + i] = fine[min(place + 1, last), i]
@@ -98,6 +101,7 @@ def simulate(
                 free[i] += step[i, first_f + j] * c[first_f + j]
             c[i] = min(max(free[i], -FAR), FAR)
         remember(laws, numbers, ports, c, z, begun, dbegun, dended, dz, dnumbers, memory_slopes)
+    moved_out[-1] = begun
 
 
 @numba.njit(nogil=True, cache=True)

@@ -30,7 +30,7 @@ FAR = 1e9
 
 @numba.njit(nogil=True, cache=True)
 def predict(
-    laws, step, read, ports, numbers, gain, trust, u, between, du, y, x0, z0, begin_s, steps,
+    laws, step, read, ports, numbers, gain, trust, doubt, u, between, du, y, x0, z0, begin_s, steps,
     step_s, ramps, scales, dstep, dread, dgain, dnumbers, dx0, order, e_out, de_out, x_out, z_out,
     f_out,
 ):  # fmt: skip
@@ -46,6 +46,8 @@ def predict(
         numbers: of the laws, (l, most).
         gain: of state and held disturbances, (t, n + w, m); the last one for all later samples.
         trust: what multiplies the innovations before they correct, (samples, m, m), or empty.
+        doubt: derivatives of the innovations' covariances times their inverses, which trust changes
+            by, (t, m, m, p), or empty.
         u, between: inputs as the outputs see them, and as they drive the states, (samples, r).
         du: derivatives of the last inputs, (samples, inputs that have some, .): they are held.
         y: measured outputs, (samples, m); NaN where there is none.
@@ -125,6 +127,18 @@ def predict(
             weighed[:] = 0.0
             add_product(weighed, trust[k], 0, Y, m)
             Y[:] = weighed
+            uncertain = False
+            if len(doubt):
+                for o in range(m):
+                    uncertain = uncertain or trust[k, o, o] != 1.0
+            if uncertain:
+                weighed[:] = 0.0
+                add_contracted(weighed, doubt[min(k, len(doubt) - 1)], e)
+                Y += weighed
+                for o in range(m):
+                    for i in range(m):
+                        for a in range(p):
+                            Y[o, a] -= trust[k, o, i] * weighed[i, a]
         for i in range(n + w):
             c[i] = along(here[i], e, m) + (c[i] if i < n else 0.0)
         if p:

@@ -1,0 +1,101 @@
+"""What is unknown of the instants at which friction jumps, beside what its jump says."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from estimation_support import FRICTION, SLIP
+from scipy.linalg import solve_discrete_lyapunov
+from test_simulated import model, recorded, truth
+
+from twin.estimation.instants import _neighbours, _strayed
+from twin.estimation.laws import addresses
+from twin.estimation.likelihood import evaluate, gaussian
+from twin.estimation.low_pass import LowPass
+from twin.estimation.model import Trial
+
+FORCE, PART_S = 0.6, 1e-3
+NUMBERS = np.array([[FORCE, 1e-9]])
+SCALES = np.array([[5.0, 0.01, 0.2, 0.0]])
+
+
+def beyond(rate, forces, size, returning, push_rate, law=FRICTION, numbers=NUMBERS):
+    """Forces of two neighbours beyond those of a motion with this rate, (parts, 2)."""
+    moved = np.column_stack([np.cumsum(rate) * PART_S, rate])
+    push = np.array([[0.5 * PART_S * push_rate], [push_rate]])
+    out = np.zeros((len(forces), 2))
+    _neighbours(addresses((law,)), numbers, push, SCALES, PART_S, forces[:, None], moved,
+                np.array([size]), np.array([returning]), np.array([1.0, -1.0]), out)  # fmt: skip
+    return out
+
+
+def crossing(a, parts=400):
+    """A rate that passes zero with the acceleration a, and friction's mean force in each part."""
+    rate = a * PART_S * (np.arange(parts + 1) - parts / 2 - 0.37)
+    began = np.clip(-rate[:-1] / (rate[1:] - rate[:-1]), 0.0, 1.0)
+    return rate, np.sign(a) * FORCE * (1 - 2 * began)
+
+
+@pytest.mark.parametrize("a", [0.2, 1.0, -3.0])
+def test_a_jump_comes_earlier_or_later_by_the_deviation_over_the_acceleration(a):
+    size, (rate, forces) = 0.01, crossing(a)
+    off = beyond(rate, forces, size, 1.0, -1e-6)
+    moment = 2 * FORCE * size / abs(a)
+    found = np.sum(off, axis=0) * PART_S
+    np.testing.assert_allclose(found, [moment, -moment], rtol=0.02)
+
+
+def test_friction_that_holds_is_known_however_the_rate_would_deviate():
+    parts = 400
+    rate = np.zeros(parts + 1)
+    forces = 0.5 * FORCE * np.sin(np.arange(parts) / 30)
+    off = beyond(rate, forces, 1e-4, 1e-6, -1e-3)
+    assert np.max(np.abs(off[40:])) < 1e-3 * FORCE
+
+
+def test_what_a_hold_has_taken_of_a_deviation_is_not_there_when_it_slides_again():
+    slides = PART_S * np.arange(1, 202)
+    rate = np.concatenate([np.zeros(200), slides])
+    forces = np.append(np.linspace(0, FORCE, 200), np.full(200, FORCE))
+    gone = beyond(rate, forces, 0.01, 0.0, -1e-3)
+    assert np.max(np.abs(gone[40:])) < 1e-4 * FORCE
+    back = beyond(rate, forces, 0.01, 2 * PART_S, -1e-3)
+    assert np.max(np.abs(back[200:])) > 0.5 * FORCE
+
+
+def test_a_law_with_a_memory_does_not_jump_with_the_rate():
+    rate, forces = crossing(1.0)
+    assert np.all(beyond(rate, forces, 0.01, 1.0, -1e-3, SLIP) == 0.0)
+
+
+def test_what_parts_of_a_sample_resolve_does_not_jump():
+    rate, _ = crossing(1.0)
+    middle = 0.5 * (rate[1:] + rate[:-1])
+    for width, jumps in [(0.2, 0), (1e-5, 2)]:
+        forces = FORCE * np.tanh(middle / width)
+        off = beyond(rate, forces, 0.01, 1.0, -3e-4, numbers=np.array([[FORCE, width]]))
+        assert np.count_nonzero(np.max(np.abs(off), axis=0) > 0.1 * FORCE) == jumps
+
+
+def test_deviations_stray_as_far_as_their_noise_adds_up():
+    A, Q = np.array([[0.9, 0.2], [-0.1, 0.8]]), np.array([[0.5, 0.1], [0.1, 0.3]])
+    np.testing.assert_allclose(_strayed(A, Q, 10_000), solve_discrete_lyapunov(A, Q), rtol=1e-12)
+    powers = [np.linalg.matrix_power(A, k) for k in range(8)]
+    np.testing.assert_allclose(_strayed(A, Q, 8), sum(p @ Q @ p.T for p in powers), rtol=1e-12)
+    drifting = _strayed(np.eye(1), np.eye(1), 64)
+    assert drifting == 64.0
+
+
+def test_readings_near_a_jump_are_not_as_certain_as_others():
+    whole, noise = recorded(4.0, 0.1), 0.1
+    cut = Trial(*(part[100:-50] for part in (whole.u, whole.between, whole.y)), whole.step_s)
+    of = replace(model(LowPass(1.0)), trials=(cut,))
+    z = truth(of)
+    z[[u.name for u in of.unknowns].index("input noise 0")] += np.log(noise / 2e-3) / 0.5
+    found = evaluate(of, z, derivatives=False)
+    run, trial = found.runs[0], found.trials[0]
+    without = replace(run, averages=replace(run.averages, blur=None))
+    here, apart = (gaussian(r, trial) for r in (run, without))
+    assert here.value > apart.value + 500
+    tails = [np.mean(part.white[:, 1] ** 4) for part in (here, apart)]
+    assert tails[0] < 0.25 * tails[1]

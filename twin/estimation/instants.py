@@ -1,0 +1,146 @@
+"""How uncertain a simulation leaves the instants at which its laws' forces jump.
+
+The rate at a law's port is known as well as the deviations from a simulation are: with a standard
+deviation s. A force that jumps where the rate passes zero jumps earlier or later by s over the
+acceleration there, and an analyser's filter shows a jump in the samples around it, so that these
+are more uncertain than their noise. By how much two neighbours of the simulation tell (sigma
+points, Julier and Uhlmann 1997), whose rates at the port are off by +s and -s: beside them the law
+is solved over every part of a sample, and takes back of a deviation what it holds, as friction
+does that sticks. What is taken back returns by the acceleration's deviation.
+"""
+
+# mypy: disable-error-code="no-untyped-def"
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.estimation.implicit import rate_share, solve_force
+from twin.estimation.kalman import Gains, matrices_of
+from twin.estimation.law_averages import LawAverages
+from twin.estimation.laws import addresses
+from twin.estimation.model import Assembly
+from twin.estimation.passing import Simulation
+from twin.estimation.sensitivities import numbers_of, simulation_matrix
+from twin.estimation.simulated import filtered
+from twin.estimation.system import Noise, Sampled
+
+Array = NDArray[np.float64]
+
+SIDES = (1.0, -1.0)
+"""Sigma points of one rate [deviations]."""
+
+RESOLVED = 0.75
+"""Share of the rate at the end of a part in what a law sees of it, below which parts of a sample
+resolve how it changes with the rate, and it does not jump: x of ``twin.estimation.implicit`` is 2
+there, where what friction should hold would change the sign of its rate from part to part."""
+
+
+def unknown_instants(
+    here: Assembly, plant: Sampled, noise: Noise, averages: LawAverages, gain: Gains,
+    beside: Simulation,
+) -> Array:  # fmt: skip
+    """Return the variances that this adds to the outputs, (samples, m).
+
+    Laws with a memory, and those that do not jump with the rate, add nothing.
+
+    Args:
+        here: for the laws.
+        plant: its sampled system.
+        noise: its levels.
+        averages: what the laws do to small deviations from the simulation.
+        gain: of the filter of these deviations.
+        beside: the simulation.
+
+    Raises:
+        ValueError: deviations that grow without bound.
+    """
+    assert plant.driven is not None
+    system, own, count = plant.system, plant.driven.simulated.system, len(here.laws)
+    samples, filtering = len(beside.e), averages.filtering(plant)
+    strayed = _strayed(filtering.whole, matrices_of(filtering, noise)[4], samples)
+    sizes, returning, unknown = (
+        np.sqrt(np.maximum(np.einsum("ln,nk,lk->l", rows, covariance, rows), 0.0))
+        for rows, covariance in (
+            (system.rate, strayed),
+            (system.rate @ filtering.system.A, strayed),
+            (system.rate, gain.predicted),
+        )
+    )
+    if not np.all(np.isfinite(sizes + returning)):
+        raise ValueError("deviations from the simulation grow without bound")
+    push = np.vstack([own.drift, own.rate]) @ simulation_matrix(plant)[:, -count:]
+    off = np.zeros((len(beside.forces), len(SIDES) * count))
+    _neighbours(
+        addresses(here.laws), numbers_of(here), push, np.ascontiguousarray(here.scales),
+        plant.step_s, beside.forces, beside.moved, sizes, returning * plant.step_s, np.array(SIDES),
+        off,
+    )  # fmt: skip
+    seen = np.empty((samples, off.shape[1]))
+    none = np.empty((*off.shape, 0)), np.empty((*seen.shape, 0))
+    filtered(off, none[0], plant.driven.weights[:1], plant.steps, seen, none[1])
+    variance = np.mean(seen.reshape(len(seen), len(SIDES), count) ** 2, axis=1)
+    # what they do on the average is in the gains
+    linear = np.zeros(count) if averages.slopes is None else averages.slopes[:, 1] * unknown
+    return np.asarray(np.maximum(variance - linear**2, 0.0) @ (system.F**2).T)
+
+
+def _strayed(A: Array, Q: Array, samples: int) -> Array:
+    """Return the covariance of deviations from a simulation after so many samples at least, (n, n).
+
+    The sum of A^k Q A^kT, by doubling.
+    """
+    found, taken = Q, 1
+    with np.errstate(all="ignore"):  # what runs away is not finite
+        while taken < samples:
+            found, A, taken = found + A @ found @ A.T, A @ A, 2 * taken
+    return np.asarray(found)
+
+
+@numba.njit(nogil=True, cache=True)
+def _neighbours(
+    laws, numbers, push, scales, part_s, forces, moved, sizes, returning, sides, out
+):  # fmt: skip
+    """Fill what the forces of neighbours of a simulation have beyond its own.
+
+    Args:
+        laws: addresses of forces and flows, and parts of memory, (l, 3).
+        numbers: of the laws, (l, most).
+        push: what the forces add to displacements and rates at the ports, (2 l, l).
+        scales: of force, displacement and rate at each port, and how far it yields, (l, 4).
+        part_s: length of a part [s].
+        forces: of the simulation, (parts, l).
+        moved: displacements, then rates, at the ports in it, (parts + 1, 2 l).
+        sizes: of the rates' deviations, (l,).
+        returning: how much of what was taken of them is back after a part, (l,).
+        sides: of the neighbours, (s,).
+        out: filled, (parts, s l).
+    """
+    count, still = len(laws), np.zeros(1)
+    for j in range(count):
+        at, ed, ev = numbers[j].ctypes.data, push[j, j], push[count + j, j]
+        if laws[j, 2] > 0 or rate_share(laws[j], at, 0.0, 0.0, ev, 0.0, scales[j, 2]) < RESOLVED:
+            continue
+        for a in range(len(sides)):
+            taken, left, slope, more = 0.0, sizes[j], 1.0, 0.0
+            for k in range(len(forces)):
+                size, f = sizes[j], forces[k, j]
+                there = size - max(taken - returning[j], 0.0)
+                begin, end = moved[k, count + j], moved[k + 1, count + j]
+                if begin * end > 0 and min(abs(begin), abs(end)) > there:  # it keeps its sign
+                    taken, left, more = size - there, there, 0.0
+                    continue
+                back, off = max(there - left, 0.0), sides[a] * there
+                d = moved[k + 1, j] - ed * f + off * part_s
+                force, slope = solve_force(
+                    laws[j], at, moved[k, j], begin + off, d, end - ev * f + off, still, ed, ev,
+                    f + more, slope, (k + 0.5) * part_s, scales[j], part_s,
+                )  # fmt: skip
+                more = force - f
+                left = min(abs(off + ev * more), size)
+                taken = size - left
+                # what has just returned and is held again moves nothing
+                held = min(max(back - left, 0.0) / abs(ev), abs(more))
+                out[k, a * count + j] = more - held * np.sign(more)
