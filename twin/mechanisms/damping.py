@@ -9,6 +9,7 @@ import mujoco
 
 from twin.mechanisms.edits import Line
 from twin.mechanisms.mechanism import Model, StructuralChange, Surroundings
+from twin.model.dashpots import note_dashpot
 from twin.parameter import Parameter
 
 
@@ -35,9 +36,10 @@ class Damping(StructuralChange):
         return model.adding(R=self.change, along=model.port(self.place))
 
     def apply(self, spec: mujoco.MjSpec) -> None:
-        """Add a tendon along the port with the damping."""
+        """Add a tendon along the port with the damping; it is no port of its own."""
         tendon = Line.of(spec, self.place).tendon(self.name)
         tendon.damping = [self.change, 0.0, 0.0]
+        note_dashpot(spec, tendon.name)
 
     @classmethod
     def starts(cls, place: str, around: Surroundings) -> tuple[Self, ...]:

@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.model.dashpots import dashpots_noted
 from twin.model.port import AXES, Body, Port
 from twin.model.rest import Reduced, derivative
 from twin.model.tree import hanging_on, height
@@ -29,7 +30,8 @@ a tilt of the rest by less than a thousandth."""
 def ports_of(reduced: Reduced, shapes: Array) -> dict[str, Port]:
     """Return every port that something moves.
 
-    Named joints of one freedom and named tendons are drifts (a ball joint has "NAME.rx", ...).
+    Named joints of one freedom and named tendons are drifts (a ball joint has "NAME.rx", ...); a
+    dashpot that only says how a structure is damped is none (``twin.model.dashpots``).
     Named bodies (the origin of their frame) and sites move along world axes ("NAME.x") and turn
     about them ("NAME.rx"); one that moves along one axis only is "NAME", unless a joint or tendon
     is called so. Where names meet, the first in the order joint, tendon, body, site has it.
@@ -152,9 +154,10 @@ def _joints(model: mujoco.MjModel, data: mujoco.MjData, basis: Array) -> Iterato
 
 
 def _tendons(model: mujoco.MjModel, data: mujoco.MjData, basis: Array) -> Iterator[Port]:
+    no_ports = dashpots_noted(model)
     for index in range(model.ntendon):
         name = mujoco.mj_id2name(model, _OBJ.mjOBJ_TENDON, index)
-        if name:
+        if name and name not in no_ports:
             row = tendon_row(model, data, index)
             moved = [int(model.dof_jntid[dof]) for dof in np.flatnonzero(row)]
             unit, element = tendon_unit(model, index), f"tendon {name}"
