@@ -32,9 +32,7 @@ def knocks():
     forces = np.zeros((SAMPLES * STEPS + weighed.shape[1], 1))
     for begin in rng.integers(900, SAMPLES * STEPS - 1200, 12):
         forces[begin : begin + rng.integers(9, 270), 0] += rng.normal()
-    more = np.empty((SAMPLES, 1 + MOMENTS))
-    none = np.empty((len(forces), 1, 0))
-    filtered(forces, none, weighed, STEPS, more, np.empty((SAMPLES, 1 + MOMENTS, 0)))
+    more, _ = filtered(forces, np.empty((len(forces), 1, 0)), weighed, STEPS, SAMPLES)
     return forces, more, weighed
 
 

@@ -16,6 +16,7 @@ from twin.estimation.low_pass import LowPass
 from twin.estimation.model import Trial
 from twin.estimation.passing import simulated
 from twin.estimation.sensitivities import no_slopes, numbers_of, plants_of
+from twin.estimation.simulated import filtered
 from twin.estimation.system import transition
 from twin.estimation.trust import trust_in
 
@@ -97,6 +98,21 @@ def test_a_simulation_begins_with_the_motion_that_a_recording_begins_with():
     assert here.log_likelihood > from_rest.log_likelihood + 100
     e = here.runs[0].e[20:-20]
     assert np.all(np.sqrt(np.mean(e**2, axis=0)) < 1.5 * left(LowPass(1.0)))
+
+
+def test_filtered_forces_are_weighed_around_each_sample_and_begin_with_those_of_the_first():
+    rng = np.random.default_rng(2)
+    steps, samples, laws, p = 3, 7, 2, 4
+    taps = 5 * steps  # two samples before a sample, and two after the next
+    f = rng.normal(size=(samples * steps + taps, laws))
+    df, weights = rng.normal(size=(*f.shape, p)), rng.normal(size=(2, taps))
+    out, dout = filtered(f, df, weights, steps, samples)
+    for k in range(samples):
+        at = k * steps - 2 * steps + np.arange(taps)
+        at = np.where(at < 0, steps - 1, at)
+        np.testing.assert_allclose(out[k], (weights @ f[at]).ravel(), rtol=1e-12)
+        slopes = np.einsum("wt,tlp->wlp", weights, df[at]).reshape(-1, p)
+        np.testing.assert_allclose(dout[k], slopes, rtol=1e-11)
 
 
 class Ringing(TwoMasses):

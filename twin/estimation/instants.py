@@ -78,9 +78,8 @@ def unknown_instants(
         plant.step_s, beside.forces, beside.moved, sizes, returning * plant.step_s, np.array(SIDES),
         off,
     )  # fmt: skip
-    seen = np.empty((samples, off.shape[1]))
-    none = np.empty((*off.shape, 0)), np.empty((*seen.shape, 0))
-    filtered(off, none[0], plant.driven.weights[:1], plant.steps, seen, none[1])
+    none = np.empty((*off.shape, 0))
+    seen, _ = filtered(off, none, plant.driven.weights[:1], plant.steps, samples)
     variance = np.mean(seen.reshape(len(seen), len(SIDES), count) ** 2, axis=1)
     # what they do on the average is in the gains
     linear = np.zeros(count) if averages.slopes is None else averages.slopes[:, 1] * unknown

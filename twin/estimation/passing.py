@@ -199,8 +199,8 @@ def simulated(
              trial.step_s, c(assembly.scales), modes.of_step(d.simulated), d.numbers,
              modes.back @ dx0, forces, dforces, z, moved)  # fmt: skip
     driven = len(weights) * laws
-    more, du = np.empty((samples, driven)), np.empty((samples, driven, q))
-    filtered(forces, dforces, weights, plant.steps, more, du)
+    more, du = (np.ascontiguousarray(part) for part in
+                filtered(forces, dforces, weights, plant.steps, samples))  # fmt: skip
     e, de, x = np.empty((samples, m)), np.empty((samples, m, q)), np.empty((samples, len(x0)))
     none, n, held = np.zeros((samples, 0)), len(x0), own.W.shape[1]
     still = no_memory(())

@@ -17,11 +17,15 @@ from __future__ import annotations
 
 import numba
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
 
 from twin.estimation.coupled import force_derivatives, solve_forces
 from twin.estimation.implicit import number_steps
 from twin.estimation.products import add_contracted, add_product, add_row, along
 from twin.estimation.stepping import FAR, derivatives_at_ports, ports_at, remember
+
+Array = NDArray[np.float64]
 
 
 @numba.njit(nogil=True, cache=True)
@@ -104,9 +108,8 @@ def simulate(
     moved_out[-1] = begun
 
 
-@numba.njit(nogil=True, cache=True)
-def filtered(f, df, weights, steps, out, dout):
-    """Fill the weighed sums of forces around each sample, and of their derivatives.
+def filtered(f: Array, df: Array, weights: Array, steps: int, samples: int) -> tuple[Array, Array]:
+    """Return the weighed sums of forces around each sample, and of their derivatives.
 
     Before the first sample the forces are those at the end of the first one.
 
@@ -115,28 +118,16 @@ def filtered(f, df, weights, steps, out, dout):
         df: their derivatives, (parts, l, p).
         weights: of the parts around a sample, as many before it as after the next, (w, taps).
         steps: parts of a sample.
-        out: filled, (samples, w l).
-        dout: filled, (samples, w l, p).
+        samples: how many.
+
+    Returns:
+        (samples, w l) and (samples, w l, p).
     """
-    count, p, taps = f.shape[1], df.shape[2], weights.shape[1]
-    ahead = (taps // steps // 2) * steps
-    for k in range(len(out)):
-        for w in range(len(weights)):
-            for j in range(count):
-                total = 0.0
-                row = w * count + j
-                for a in range(p):
-                    dout[k, row, a] = 0.0
-                known = min(max(ahead - k * steps, 0), taps)
-                before = 0.0
-                for s in range(known):
-                    before += weights[w, s]
-                first = k * steps - ahead + known
-                total = before * f[steps - 1, j]
-                for s in range(taps - known):
-                    total += weights[w, known + s] * f[first + s, j]
-                out[k, row] = total
-                if p:
-                    for a in range(p):
-                        dout[k, row, a] = before * df[steps - 1, j, a]
-                    add_row(dout[k, row], weights[w], known, df[first:, j], taps - known)
+    taps, (count, p) = weights.shape[1], df.shape[1:]
+    every = np.concatenate([f[:, :, None], df], axis=2).reshape(len(f), -1)
+    before = np.repeat(every[steps - 1 : steps], (taps // steps // 2) * steps, axis=0)
+    padded = np.concatenate([before, every])
+    around = sliding_window_view(padded, taps, axis=0)[::steps][:samples].swapaxes(1, 2)
+    with np.errstate(all="ignore"):  # laws that run away are hopeless, filtered or not
+        out = np.matmul(weights, around).reshape(samples, len(weights) * count, 1 + p)
+    return out[:, :, 0], out[:, :, 1:]
