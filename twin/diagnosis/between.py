@@ -91,8 +91,8 @@ def again(hypothesis: Hypothesis, found: Fit, steps: int = FEW) -> tuple[Hypothe
         while before is not hypothesis:
             before = hypothesis
             hypothesis, found = _better(hypothesis, found, others(hypothesis, found), steps)
-            if others is not _otherwise_filtered:
-                break  # of few kinds the best is known; of filters only where to look further
+            if others not in (_otherwise_filtered, _otherwise_folded):
+                break  # of few kinds the best is known; of these only where to look further
     return hypothesis, found
 
 
