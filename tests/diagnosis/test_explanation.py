@@ -37,13 +37,15 @@ def test_what_a_part_of_the_samples_rules_out_all_of_them_would():
     options = seen_otherwise(rubbing(24.0))
     assert [option.simulated for option in options] == [True, False]
     left = within_reach(options, start_of(options[0]))
-    values = []
+    ends = []
     for option in options:
         ((_, z),) = within_reach([option], start_of(option))
-        values.append(again(option, fit(option, z), steps=0)[1].log_evidence)
+        ends.append(again(option, fit(option, z), steps=0))
+    values = [found.log_evidence for _, found in ends]
     assert abs(values[0] - values[1]) > SURE
     (only,) = left
-    assert only[0] is options[values.index(max(values))]
+    # one that ends as the other is seen speaks for that one
+    assert only[0].simulated is ends[values.index(max(values))][0].simulated
 
 
 def test_a_recording_that_is_hardly_longer_than_the_part_rules_out_none():
