@@ -164,7 +164,7 @@ def _holding(
         try:
             filtering = of.filtering(plant)
             gain = gains(filtering, noise, missing=trial.missing)
-            late = unknown_instants(here, plant, noise, of, gain, there)
+            late = unknown_instants(here, plant, noise, of, there)
             of = replace(of, blur=_both(averages.blur, late))
             trust = trust_in(gain, of.blur)
             e, _, _ = deviations(filtering, trial, gain, trust, -start, there, none)

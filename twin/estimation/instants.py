@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.estimation.implicit import rate_share, solve_force
-from twin.estimation.kalman import Gains, matrices_of
+from twin.estimation.kalman import matrices_of
 from twin.estimation.law_averages import LawAverages
 from twin.estimation.laws import addresses
 from twin.estimation.model import Assembly
@@ -39,9 +39,8 @@ there, where what friction should hold would change the sign of its rate from pa
 
 
 def unknown_instants(
-    here: Assembly, plant: Sampled, noise: Noise, averages: LawAverages, gain: Gains,
-    beside: Simulation,
-) -> Array:  # fmt: skip
+    here: Assembly, plant: Sampled, noise: Noise, averages: LawAverages, beside: Simulation
+) -> Array:
     """Return the variances that this adds to the outputs, (samples, m).
 
     Laws with a memory, and those that do not jump with the rate, add nothing.
@@ -51,7 +50,6 @@ def unknown_instants(
         plant: its sampled system.
         noise: its levels.
         averages: what the laws do to small deviations from the simulation.
-        gain: of the filter of these deviations.
         beside: the simulation.
 
     Raises:
@@ -61,13 +59,9 @@ def unknown_instants(
     system, own, count = plant.system, plant.driven.simulated.system, len(here.laws)
     samples, filtering = len(beside.e), averages.filtering(plant)
     strayed = _strayed(filtering.whole, matrices_of(filtering, noise)[4], samples)
-    sizes, returning, unknown = (
-        np.sqrt(np.maximum(np.einsum("ln,nk,lk->l", rows, covariance, rows), 0.0))
-        for rows, covariance in (
-            (system.rate, strayed),
-            (system.rate @ filtering.system.A, strayed),
-            (system.rate, gain.predicted),
-        )
+    sizes, returning = (
+        np.sqrt(np.maximum(np.einsum("ln,nk,lk->l", rows, strayed, rows), 0.0))
+        for rows in (system.rate, system.rate @ filtering.system.A)
     )
     if not np.all(np.isfinite(sizes + returning)):
         raise ValueError("deviations from the simulation grow without bound")
@@ -81,9 +75,7 @@ def unknown_instants(
     none = np.empty((*off.shape, 0))
     seen, _ = filtered(off, none, plant.driven.weights[:1], plant.steps, samples)
     variance = np.mean(seen.reshape(len(seen), len(SIDES), count) ** 2, axis=1)
-    # what they do on the average is in the gains
-    linear = np.zeros(count) if averages.slopes is None else averages.slopes[:, 1] * unknown
-    return np.asarray(np.maximum(variance - linear**2, 0.0) @ (system.F**2).T)
+    return np.asarray(variance @ (system.F**2).T)
 
 
 def _strayed(A: Array, Q: Array, samples: int) -> Array:
