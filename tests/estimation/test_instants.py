@@ -25,7 +25,7 @@ def beyond(rate, forces, size, returning, push_rate, law=FRICTION, numbers=NUMBE
     push = np.array([[0.5 * PART_S * push_rate], [push_rate]])
     out = np.zeros((len(forces), 2))
     _neighbours(addresses((law,)), numbers, push, SCALES, PART_S, forces[:, None], moved,
-                np.array([size]), np.array([returning]), np.array([1.0, -1.0]), out)  # fmt: skip
+                np.array([size]), np.array([returning]), out)  # fmt: skip
     return out
 
 

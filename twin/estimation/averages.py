@@ -20,13 +20,7 @@ from twin.estimation.kalman import EquivalentLinear, gains
 from twin.estimation.law_averages import LawAverages
 from twin.estimation.laws import no_memory
 from twin.estimation.model import Assembly, Model, Trial
-from twin.estimation.passing import (
-    Run,
-    Simulation,
-    deviations,
-    run,
-    simulated,
-)
+from twin.estimation.passing import Run, Simulation, deviations, run, simulated
 from twin.estimation.sensitivities import no_slopes, numbers_of
 from twin.estimation.start import estimated_start
 from twin.estimation.system import Noise, Sampled, System, transition

@@ -29,9 +29,6 @@ from twin.estimation.system import Noise, Sampled
 
 Array = NDArray[np.float64]
 
-SIDES = (1.0, -1.0)
-"""Sigma points of one rate [deviations]."""
-
 RESOLVED = 0.75
 """Share of the rate at the end of a part in what a law sees of it, below which parts of a sample
 resolve how it changes with the rate, and it does not jump: x of ``twin.estimation.implicit`` is 2
@@ -66,15 +63,14 @@ def unknown_instants(
     if not np.all(np.isfinite(sizes + returning)):
         raise ValueError("deviations from the simulation grow without bound")
     push = np.vstack([own.drift, own.rate]) @ simulation_matrix(plant)[:, -count:]
-    off = np.zeros((len(beside.forces), len(SIDES) * count))
+    off = np.zeros((len(beside.forces), 2 * count))
     _neighbours(
         addresses(here.laws), numbers_of(here), push, np.ascontiguousarray(here.scales),
-        plant.step_s, beside.forces, beside.moved, sizes, returning * plant.step_s, np.array(SIDES),
-        off,
+        plant.step_s, beside.forces, beside.moved, sizes, returning * plant.step_s, off,
     )  # fmt: skip
     none = np.empty((*off.shape, 0))
     seen, _ = filtered(off, none, plant.driven.weights[:1], plant.steps, samples)
-    variance = np.mean(seen.reshape(len(seen), len(SIDES), count) ** 2, axis=1)
+    variance = np.mean(seen.reshape(samples, 2, count) ** 2, axis=1)
     return np.asarray(variance @ (system.F**2).T)
 
 
@@ -92,7 +88,7 @@ def _strayed(A: Array, Q: Array, samples: int) -> Array:
 
 @numba.njit(nogil=True, cache=True)
 def _neighbours(
-    laws, numbers, push, scales, part_s, forces, moved, sizes, returning, sides, out
+    laws, numbers, push, scales, part_s, forces, moved, sizes, returning, out
 ):  # fmt: skip
     """Fill what the forces of neighbours of a simulation have beyond its own.
 
@@ -105,33 +101,30 @@ def _neighbours(
         forces: of the simulation, (parts, l).
         moved: displacements, then rates, at the ports in it, (parts + 1, 2 l).
         sizes: of the rates' deviations, (l,).
-        returning: how much of what was taken of them is back after a part, (l,).
-        sides: of the neighbours, (s,).
-        out: filled, (parts, s l).
+        returning: how much of what was taken back of them returns after a part, (l,).
+        out: filled, (parts, 2 l): those with rates above, then those with rates below.
     """
     count, still = len(laws), np.zeros(1)
     for j in range(count):
         at, ed, ev = numbers[j].ctypes.data, push[j, j], push[count + j, j]
         if laws[j, 2] > 0 or rate_share(laws[j], at, 0.0, 0.0, ev, 0.0, scales[j, 2]) < RESOLVED:
             continue
-        for a in range(len(sides)):
-            taken, left, slope, more = 0.0, sizes[j], 1.0, 0.0
+        for a, side in enumerate((1.0, -1.0)):
+            left, slope, more = sizes[j], 1.0, 0.0
             for k in range(len(forces)):
-                size, f = sizes[j], forces[k, j]
-                there = size - max(taken - returning[j], 0.0)
+                f, there = forces[k, j], min(left + returning[j], sizes[j])
                 begin, end = moved[k, count + j], moved[k + 1, count + j]
                 if begin * end > 0 and min(abs(begin), abs(end)) > there:  # it keeps its sign
-                    taken, left, more = size - there, there, 0.0
+                    left, more = there, 0.0
                     continue
-                back, off = max(there - left, 0.0), sides[a] * there
+                back, off = there - left, side * there
                 d = moved[k + 1, j] - ed * f + off * part_s
                 force, slope = solve_force(
                     laws[j], at, moved[k, j], begin + off, d, end - ev * f + off, still, ed, ev,
                     f + more, slope, (k + 0.5) * part_s, scales[j], part_s,
                 )  # fmt: skip
                 more = force - f
-                left = min(abs(off + ev * more), size)
-                taken = size - left
+                left = min(abs(off + ev * more), sizes[j])
                 # what has just returned and is held again moves nothing
                 held = min(max(back - left, 0.0) / abs(ev), abs(more))
                 out[k, a * count + j] = more - held * np.sign(more)
