@@ -4,7 +4,7 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss, legvander
 from scipy.linalg import expm
 
-from twin.estimation.low_pass import MOMENTS, LowPass, weights
+from twin.estimation.low_pass import MOMENTS, LowPass, twice, weights
 from twin.estimation.ringing import Ringing
 from twin.estimation.simulated import filtered
 
@@ -12,6 +12,7 @@ RATE_HZ, STEPS, SAMPLES = 100.0, 24, 256
 STEP_S = 1 / RATE_HZ
 FAST_HZ, RATIO, STEPPED = 72.0, 0.01, 0.7
 OMEGA = 2 * np.pi * FAST_HZ
+TWICE = twice(LowPass(1.0), STEPS)
 SEEN = np.array([[[3.0 * OMEGA**2], [0.0]], [[0.0], [OMEGA]], [[1.0], [0.0]]])
 
 
@@ -79,7 +80,7 @@ def fast(entry):
 def test_a_fast_mode_is_seen_as_it_rings_behind_the_filter_not_as_it_is_stepped():
     forces, more, weighed = knocks()
     rings = fast(np.array([[1.0]]))
-    beyond = rings.beyond(forces[:, :, None], more[:, :, None], weighed[0], STEPS, STEP_S)[:, :, 0]
+    beyond = rings.beyond(forces[:, :, None], more[:, :, None], TWICE, STEPS, STEP_S)[:, :, 0]
     true, stepped = through_the_filter(forces, weighed), in_steps(more)
     size = np.sqrt(np.mean(true**2, axis=0))
     before = np.sqrt(np.mean((stepped - true) ** 2, axis=0)) / size
@@ -89,12 +90,12 @@ def test_a_fast_mode_is_seen_as_it_rings_behind_the_filter_not_as_it_is_stepped(
 
 
 def test_laws_at_one_port_ring_as_one_force_that_is_their_sum():
-    forces, more, weighed = knocks()
+    forces, more, _ = knocks()
     one, none = fast(np.array([[1.0]])), np.zeros_like
     both = fast(np.array([[1.0, 1.0, 0.5]]))
     shares = np.array([0.7, 0.3])
     split = np.hstack([forces * shares, none(forces)])
     sums = np.hstack([np.hstack([column * shares, none(column)]) for column in more.T[:, :, None]])
-    whole = one.beyond(forces[:, :, None], more[:, :, None], weighed[0], STEPS, STEP_S)
-    found = both.beyond(split[:, :, None], sums[:, :, None], weighed[0], STEPS, STEP_S)
+    whole = one.beyond(forces[:, :, None], more[:, :, None], TWICE, STEPS, STEP_S)
+    found = both.beyond(split[:, :, None], sums[:, :, None], TWICE, STEPS, STEP_S)
     np.testing.assert_allclose(found, whole, atol=1e-12 * np.abs(whole).max())

@@ -17,7 +17,7 @@ from twin.estimation.implicit import (
     solve_force,
     until_zero,
 )
-from twin.estimation.products import add_row, along, set_slopes
+from twin.estimation.products import add_row, set_slopes
 
 SWEEPS = 20
 """Gauss-Seidel sweeps at most over laws that act on one another."""
@@ -32,30 +32,29 @@ curvature, 1e-4."""
 
 @numba.njit(nogil=True, cache=True, forceinline=True)
 def solve_forces(
-    laws, numbers, ports, push, begun, free, z, solved, t, scales, c, first, part_s
+    laws, numbers, push, begun, free, z, solved, t, scales, c, first, part_s
 ):  # fmt: skip
     """Set c[first:], (l,), to the laws' forces in the middle of a part of a sample.
 
     Args:
         laws: addresses of forces and flows, and parts of memory, (l, 3).
         numbers: of the laws, (l, most).
-        ports: displacements, then rates, at the laws' ports, (2 l, n).
         push: what the forces add to displacements and rates at the ports, (2 l, l).
-        begun: displacements, then rates, where the part begins, (2 l,).
-        free: state at its end without the laws, (n,).
+        begun: displacements, then rates, at the ports where the part begins, (2 l,).
+        free: the same at its end without the laws, (2 l,).
         z: memories where it begins, (l, parts).
         solved: slope of each force's equation; kept from part to part, (l,).
         t: time of the middle [s].
         scales: of force, displacement and rate at each port, and how far it yields, (l, 4).
-        c: holds the forces of the part before, with which it begins.
+        c: holds forces near to them, with which it begins.
         first: where in c they are.
         part_s: length of the part [s].
     """
-    count, n = len(laws), len(free)
+    count = len(laws)
     for _ in range(SWEEPS):
         settled = True
         for j in range(count):
-            d, v = along(ports[j], free, n), along(ports[count + j], free, n)
+            d, v = free[j], free[count + j]
             for b in range(count):
                 if b != j:
                     d += push[j, b] * c[first + b]
@@ -73,22 +72,23 @@ def solve_forces(
 
 @numba.njit(nogil=True, cache=True, forceinline=True)
 def force_derivatives(
-    laws, numbers, varied, ports, push, begun, free, z, t, scales, c, first, part_s,
-    dbegun, dfree, dz, dnumbers, df, memory_slopes, slopes, coupled,
+    laws, numbers, varied, push, begun, free, z, t, scales, c, first, part_s, dbegun,
+    dfree, dz, dnumbers, df, memory_slopes, slopes, coupled,
 ):  # fmt: skip
     """Fill df, (l, p), the derivatives of these forces, by the implicit function theorem.
 
     The arguments are those of ``solve_forces``, their derivatives with respect to the unknowns,
     ``varied``, the steps of the numbers' differences (l, most), and ``dfree``, the derivatives of
-    the state at the end at given forces. The slopes of each memory's flow are left in
-    ``memory_slopes``, (l, parts, 3 + most); ``slopes`` and ``coupled`` are room to work in.
+    displacements and rates at the end at given forces, (2 l, p). The slopes of each memory's flow
+    are left in ``memory_slopes``, (l, parts, 3 + most); ``slopes`` and ``coupled`` are room to
+    work in.
     """
-    count, n, p = len(laws), len(free), df.shape[1]
+    count, p = len(laws), df.shape[1]
     coupled[:] = 0.0
     begin, shares = np.zeros(len(slopes)), np.zeros(numbers.shape[1])
     by_memory = np.zeros(z.shape[1])
     for j in range(count):
-        d, v = along(ports[j], free, n), along(ports[count + j], free, n)
+        d, v = free[j], free[count + j]
         for b in range(count):
             d += push[j, b] * c[first + b]
             v += push[count + j, b] * c[first + b]
@@ -141,11 +141,8 @@ def force_derivatives(
                 slopes[3 + q] += held * 2.0 * shares[q] * s / (s - e1) * (f1 - f) / (1.0 - w)
         set_slopes(df[j], slopes, dbegun[j], dbegun[count + j], dz[j, 0], dnumbers[j])
         add_row(df[j], by_memory, 0, dz[j], parts)
-        for i in range(n):
-            g = by_end * ports[j, i] + (end_v + without) * ports[count + j, i]
-            if g != 0.0:
-                for q in range(p):
-                    df[j, q] += g * dfree[i, q]
+        for q in range(p):
+            df[j, q] += by_end * dfree[j, q] + (end_v + without) * dfree[count + j, q]
         coupled[j, j] += 1.0
         for b in range(count):
             coupled[j, b] -= by_end * push[j, b] + end_v * push[count + j, b]

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
-from scipy.signal import butter, freqs, oaconvolve
+from scipy.signal import butter, freqs, upfirdn
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -80,13 +82,30 @@ def interpolated(x: Array, steps: int) -> Array:
         x: at the samples, (samples, r).
         steps: parts of a sample.
     """
-    whole = np.arange(REACH, -REACH - 1, -1)
     padded = np.pad(x, ((REACH, REACH), (0, 0)), mode="edge")
-    out = np.empty((len(x), steps, x.shape[1]))
+    found = upfirdn(_between(steps), padded, steps, axis=0)
+    return np.asarray(found[2 * REACH * steps :][: len(x) * steps])
+
+
+@cache
+def _between(steps: int) -> Array:
+    """Return the kernel that interpolates, from REACH samples before to REACH after, in parts."""
+    kernel = _impulse(np.arange(-REACH * steps, REACH * steps + 1) / steps, 1.0)
     for part in range(steps):
-        kernel = _impulse(np.asarray(whole - part / steps, float), 1.0)
-        out[:, part] = oaconvolve(padded, (kernel / np.sum(kernel))[:, None], "valid", axes=0)
-    return out.reshape(len(x) * steps, -1)
+        kernel[part::steps] /= np.sum(kernel[part::steps])  # what is constant stays
+    return kernel
+
+
+def around(x: Array, taps: int, steps: int) -> Array:
+    """Return what lies around each sample, laws and derivatives in the last axis, (., taps, .).
+
+    Args:
+        x: over the parts of the samples, (parts, ...).
+        taps: parts that are around one; the first sample's are the first.
+        steps: parts of a sample.
+    """
+    flat = np.ascontiguousarray(x).reshape(len(x), -1)
+    return sliding_window_view(flat, taps, axis=0)[::steps].swapaxes(1, 2)
 
 
 @cache
@@ -102,14 +121,7 @@ def weights(low_pass: LowPass, parts: int) -> Array:
         (1 + MOMENTS, (2 REACH + 1) parts): from REACH samples before to REACH samples after the
         next one.
     """
-    f = (np.arange(LINES) + 0.5) / LINES
-    # a mean over a part has lost sinc(f / parts) already
-    response = low_pass.response(f) / np.sinc(f / parts) * 2 / LINES / parts
-    t = (np.arange((2 * REACH + 1) * parts) + 0.5) / parts - REACH
-
-    def kernel(after: Array) -> Array:
-        return np.asarray((np.exp(2j * np.pi * np.outer(after, f)) @ response).real)
-
+    t, kernel = _kernel(low_pass, parts)
     inside, shares = np.polynomial.legendre.leggauss(POINTS)
     values = np.polynomial.legendre.legvander(inside, MOMENTS - 1)
     moments = np.zeros((MOMENTS, len(t)))
@@ -120,3 +132,20 @@ def weights(low_pass: LowPass, parts: int) -> Array:
     shown = kernel(-t)
     moments[0] /= np.sum(moments[0])
     return np.vstack([shown / np.sum(shown), moments])
+
+
+@cache
+def twice(low_pass: LowPass, parts: int) -> Array:
+    """Return the same weights of the filtered force at the sample and half a sample later."""
+    t, kernel = _kernel(low_pass, parts)
+    shown = np.array([kernel(-t), kernel(0.5 - t)])
+    return np.asarray(shown / np.sum(shown, axis=1, keepdims=True))
+
+
+def _kernel(low_pass: LowPass, parts: int) -> tuple[Array, Callable[[Array], Array]]:
+    """Return the middles of the parts around a sample, and the filter's response to their means."""
+    f = (np.arange(LINES) + 0.5) / LINES
+    # a mean over a part has lost sinc(f / parts) already
+    response = low_pass.response(f) / np.sinc(f / parts) * 2 / LINES / parts
+    t = (np.arange((2 * REACH + 1) * parts) + 0.5) / parts - REACH
+    return t, lambda after: (np.exp(2j * np.pi * np.outer(after, f)) @ response).real

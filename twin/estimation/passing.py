@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from twin.estimation.kalman import Gains
 from twin.estimation.law_averages import LawAverages
 from twin.estimation.laws import addresses, no_memory
+from twin.estimation.lifted import Lifted
 from twin.estimation.model import Assembly, Trial
 from twin.estimation.sensitivities import (
     Slopes,
@@ -19,7 +20,6 @@ from twin.estimation.sensitivities import (
     numbers_of,
     read_matrix,
     simulation_matrix,
-    step_matrix,
 )
 from twin.estimation.simulated import filtered, simulate
 from twin.estimation.stepping import predict
@@ -150,22 +150,28 @@ def _stepped(
     e, de = np.empty((samples, m)), np.empty((samples, m, len(d.order)))
     x, f = np.empty((samples, len(x0))), np.empty((samples, laws))
     z = np.empty((samples, *z0.shape))
-    step, read, dstep, dread = step_matrix(plant), read_matrix(plant), d.step, d.read
-    u, between, ramps = trial.u, trial.between, (~assembly.held).astype(float)
+    step, read, dstep, dread = plant.lifted, read_matrix(plant), d.step, d.read
+    u, between = trial.u, trial.between
     if d.missed.size:
         # what lines miss is in the outputs already; its derivatives come as inputs that they read
         n, r = len(x0), u.shape[1]
         at, seen = plant.W.shape[1] + np.repeat([n + r, n + 2 * r], m), np.repeat(n + r, m)
-        step, dstep = np.insert(step, at, 0.0, axis=1), np.insert(dstep, at, 0.0, axis=1)
+        step, dstep = _with_inputs(step, at), _with_inputs(dstep, at)
         read, dread = np.insert(read, seen, np.eye(m), axis=1), np.insert(dread, seen, 0.0, axis=1)
-        u, between, ramps = (np.pad(a, ((0, 0), (0, m))) for a in (u, between, ramps[None]))
+        u, between = (np.pad(a, ((0, 0), (0, m))) for a in (u, between))
     predict(
-        addresses(assembly.laws), step, c(read), np.vstack([plant.system.drift, plant.system.rate]),
-        numbers_of(assembly), gain, trust, doubt, c(u), c(between), c(d.missed), c(trial.y), x0, z0,
-        begin_s, plant.steps, trial.step_s, ramps.ravel(), c(assembly.scales), dstep, dread, d.gain,
-        d.numbers, dx0, d.order, e, de, x, z, f,
+        addresses(assembly.laws), step.over, step.reach, step.push, c(read),
+        np.vstack([plant.system.drift, plant.system.rate]), numbers_of(assembly), gain, trust,
+        doubt, c(u), c(between), c(d.missed), c(trial.y), x0, z0, begin_s, trial.step_s,
+        c(assembly.scales), dstep.over, dstep.reach, dstep.push, dread, d.gain, d.numbers, dx0,
+        d.order, e, de, x, z, f,
     )  # fmt: skip
     return e, de, x, z, f
+
+
+def _with_inputs(step: Lifted, at: NDArray[np.int64]) -> Lifted:
+    """Return a sample's steps, or their derivatives, with inputs that move nothing."""
+    return Lifted(np.insert(step.over, at, 0.0, 1), np.insert(step.reach, at, 0.0, 2), step.push)
 
 
 def simulated(
@@ -187,7 +193,7 @@ def simulated(
     assert plant.driven is not None
     (samples, m), numbers, c = trial.y.shape, numbers_of(assembly), np.ascontiguousarray
     laws, q, own = len(numbers), dx0.shape[1], plant.driven.plant
-    weights, ramps = plant.driven.weights, (~assembly.held).astype(float)
+    weights = plant.driven.weights
     fine = trial.finely(assembly.held, plant.steps)
     parts = samples * plant.steps + weights.shape[1]
     forces, dforces = np.empty((parts, laws)), np.empty((parts, laws, q))
@@ -198,18 +204,17 @@ def simulated(
              ports @ modes.to, numbers, c(fine), modes.back @ x0, z0, begin_s, plant.steps,
              trial.step_s, c(assembly.scales), modes.of_step(d.simulated), d.numbers,
              modes.back @ dx0, forces, dforces, z, moved)  # fmt: skip
-    driven = len(weights) * laws
     more, du = (np.ascontiguousarray(part) for part in
                 filtered(forces, dforces, weights, plant.steps, samples))  # fmt: skip
     e, de, x = np.empty((samples, m)), np.empty((samples, m, q)), np.empty((samples, len(x0)))
     none, n, held = np.zeros((samples, 0)), len(x0), own.W.shape[1]
-    still = no_memory(())
+    still, over, dover = no_memory(()), own.lifted, d.step
     predict(
-        addresses(()), step_matrix(own), read_matrix(own), np.zeros((0, n)), numbers[:0],
-        np.zeros((1, n + held, m)), np.zeros((0, 0, 0)), np.zeros((0, 0, 0, 0)),
+        addresses(()), over.over, over.reach, over.push, read_matrix(own), np.zeros((0, n)),
+        numbers[:0], np.zeros((1, n + held, m)), np.zeros((0, 0, 0)), np.zeros((0, 0, 0, 0)),
         np.hstack([trial.u, more[:, :laws], 0 * more[:, laws:]]), np.hstack([trial.between, more]),
-        du if q else np.zeros((0, 0, 0)), c(trial.y), x0, still, begin_s, 1, trial.step_s,
-        np.concatenate([ramps, np.zeros(driven)]), np.ones((0, 4)), d.step, d.read,
+        du if q else np.zeros((0, 0, 0)), c(trial.y), x0, still, begin_s, trial.step_s,
+        np.ones((0, 4)), dover.over, dover.reach, dover.push, d.read,
         np.zeros((1, n + held, m, q)), d.numbers[:0], dx0, np.arange(q), e, de, x,
         np.zeros((samples, *still.shape)), none.copy(),
     )  # fmt: skip
@@ -220,7 +225,9 @@ def simulated(
         every = np.concatenate([forces[:, :, None], dforces], axis=2)
         drives = np.concatenate([more[:, :, None], du], axis=2)
         with np.errstate(all="ignore"):  # laws that run away are hopeless, with what they ring
-            beyond = assembly.ringing.beyond(every, drives, weights[0], plant.steps, trial.step_s)
+            beyond = assembly.ringing.beyond(
+                every, drives, plant.driven.twice, plant.steps, trial.step_s
+            )
         e -= beyond[:, :, 0] * measured
         de -= beyond[:, :, 1:] * measured[:, :, None]
     return Simulation(e, de, x, z, more[:, :laws].copy(), forces, moved)
@@ -244,16 +251,17 @@ def deviations(
     (samples, m), n, p = beyond.e.shape, len(plant.A), len(d.order)
     e, de, x = np.empty((samples, m)), np.empty((samples, m, p)), np.empty((samples, n))
     still, systems = no_memory(()), d.deviating.shape[2]
+    none = np.zeros((1, 0, 0))  # no ports
     dstep = np.concatenate([d.deviating, np.zeros((n, 2 * m, systems))], axis=1)
     dread = np.concatenate([d.read_deviating, np.zeros((m, m, systems))], axis=1)
     # what lies beyond the simulation is an input that is taken off readings of nothing
     predict(
-        addresses(()), np.hstack([deviation_matrix(plant), np.zeros((n, 2 * m))]),
+        addresses(()), np.hstack([deviation_matrix(plant), np.zeros((n, 2 * m))]), none, none,
         np.hstack([plant.system.C, -np.eye(m)]), np.zeros((0, n)), np.zeros((0, 0)),
         gain_matrices(gain), trust, doubt_of(gain, trust, d), beyond.e, np.zeros((samples, m)),
         beyond.de if beyond.de.size else np.zeros((0, 0, 0)),
-        np.where(np.isnan(trial.y), np.nan, 0.0), x0, still, 0.0, 1, trial.step_s,
-        np.zeros(m), np.ones((0, 4)), dstep, dread, d.gain, np.zeros((0, 0, 0)),
+        np.where(np.isnan(trial.y), np.nan, 0.0), x0, still, 0.0, trial.step_s, np.ones((0, 4)),
+        dstep, none[..., None], none[..., None], dread, d.gain, np.zeros((0, 0, 0)),
         np.zeros((n, p)), d.order, e, de, x, np.zeros((samples, *still.shape)),
         np.zeros((samples, 0)),
     )  # fmt: skip

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import next_fast_len
 
-from twin.estimation.low_pass import MOMENTS, REACH, TO_POWERS
+from twin.estimation.low_pass import MOMENTS, REACH, TO_POWERS, around
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -49,32 +49,35 @@ class Ringing:
             forces: of the laws over the parts of the samples, (parts, l, q).
             more: what drives the predictor: of each law's filtered force the value at a sample, and
                 the Legendre coefficients until the next one, (samples, (1 + MOMENTS) l, q).
-            shown: weights of the forces of the parts around a sample in the filtered one, (taps,).
+            shown: weights of the forces of the parts around a sample in the filtered one at the
+                sample and half a sample later, (2, taps).
             steps: parts of a sample.
             step_s: sampling interval [s].
         """
         # what acts at one port acts as one force
         forces, more = self._ports[1] @ forces, np.kron(np.eye(1 + MOMENTS), self._ports[1]) @ more
         samples, laws = len(more), forces.shape[1]
+        begin = 2 * REACH  # what acts before the first sample acts from REACH samples before
+        still = np.zeros((begin * steps, *forces.shape[1:]))
         before = np.repeat(forces[steps - 1 : steps], REACH * steps, axis=0)
-        driven = np.concatenate([before, forces])
-        length = next_fast_len(SILENCE * -(-len(driven) // steps), real=True)
-        key = length, steps
-        if key not in self._answers:
-            lines = np.arange(min(length, length * steps // 2) + 1) / length
-            self._answers[key] = (
-                self._exact(lines / step_s, length * steps, shown),
+        driven = around(np.concatenate([still, before, forces]), shown.shape[1], steps)
+        length = next_fast_len(SILENCE * (begin + samples), real=True)
+        if length not in self._answers:
+            self._answers[length] = (
+                self._exact(np.arange(length + 1) / length / step_s),
                 self._stepped(np.exp(2j * np.pi * np.fft.rfftfreq(length)), step_s),
             )
-        exact, found = self._answers[key]
-        # the filter leaves nothing beyond the sampling rate, and of the parts' outputs those at
-        # samples are kept: what is above half the rate folds
-        fine = np.fft.rfft(driven, length * steps, axis=0)[: length + 1]
-        true = (exact @ fine) / steps
+        exact, found = self._answers[length]
+        # the filter leaves nothing beyond the sampling rate: twice as many samples show all of it,
+        # and of the outputs every other one is kept: what is above half the rate folds
+        drive = (shown @ driven[: begin + samples]).reshape(-1, *forces.shape[1:])
+        true = exact @ np.fft.rfft(drive, 2 * length, axis=0)
         low = length // 2 + 1
-        folded = true[:low] + (np.conj(true[::-1][:low]) if steps > 1 else 0.0)
-        begun = np.fft.rfft(more[:, laws:], length, axis=0)
-        return np.asarray(np.fft.irfft(folded - found @ begun, length, axis=0)[:samples])
+        folded = (true[:low] + np.conj(true[::-1][:low])) / 2
+        known = np.concatenate([np.zeros((begin, *more[:, laws:].shape[1:])), more[:, laws:]])
+        begun = np.fft.rfft(known, length, axis=0)
+        seen = np.fft.irfft(folded - found @ begun, length, axis=0)
+        return np.asarray(seen[begin : begin + samples])
 
     @cached_property
     def _ports(self) -> tuple[Array, Array]:
@@ -83,19 +86,20 @@ class Ringing:
         return entry, np.asarray(np.ravel(which) == np.arange(entry.shape[1])[:, None], float)
 
     @cached_property
-    def _answers(self) -> dict[tuple[int, ...], tuple[Complex, Complex]]:
+    def _answers(self) -> dict[int, tuple[Complex, Complex]]:
         return {}
 
-    def _exact(self, f: Array, length: int, shown: Array) -> Complex:
-        """Return the outputs' response to forces, filtered, at frequencies f [Hz], (., m, l)."""
+    def _exact(self, f: Array) -> Complex:
+        """Return the outputs' response to forces at frequencies f [Hz], (., m, l)."""
         s = 2j * np.pi * f
         q = 1 / (s[:, None] ** 2 + self.rate * s[:, None] + self.square)
         a = -self.square * q - self.rate * s[:, None] * q
-        response = sum(
-            np.einsum("mk,fk,kl->fml", read, answer, self._ports[0], optimize=True)
-            for read, answer in zip(self.seen, (q, s[:, None] * q, a), strict=True)
+        return np.asarray(
+            sum(
+                np.einsum("mk,fk,kl->fml", read, answer, self._ports[0], optimize=True)
+                for read, answer in zip(self.seen, (q, s[:, None] * q, a), strict=True)
+            )
         )
-        return np.asarray(response * np.conj(np.fft.rfft(shown, length)[: len(f)])[:, None, None])
 
     def _stepped(self, z: Complex, step_s: float) -> Complex:
         """Return the outputs' response to Legendre coefficients, in turn, (., m, MOMENTS l)."""

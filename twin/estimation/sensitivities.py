@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.estimation.kalman import Gains, gains
+from twin.estimation.lifted import Lifted
 from twin.estimation.neighbours import neighbouring_gains
 from twin.estimation.parallel import each
 from twin.estimation.system import Sampled, sampled
@@ -48,7 +49,7 @@ class Slopes:
             the assembly a step away.
     """
 
-    step: Array
+    step: Lifted
     read: Array
     gain: Array
     numbers: Array
@@ -71,11 +72,6 @@ def plants_of(assembly: Assembly, model: Model) -> list[Sampled]:
         sampled(s, step_s, assembly.steps, assembly.held, low_pass, alone)
         for s, alone in zip(assembly.systems, own, strict=True)
     ]
-
-
-def step_matrix(plant: Sampled) -> Array:
-    """Return x+ over a part of a sample, by (x, n, u, u+, f), (n, n + w + 2 r + l)."""
-    return np.hstack([plant.A, plant.W, plant.B0, plant.B1, plant.E])
 
 
 def simulation_matrix(plant: Sampled) -> Array:
@@ -178,7 +174,7 @@ def _of_trial(
     missing = here.trials[trial].begins_without
     own_noise = averages.beginning(here.noises[trial], plant)
     base = gains(filtering, own_noise, equivalent=equivalent, missing=missing)
-    step, read, gain = step_matrix(own), read_matrix(own), gain_matrices(base)
+    step, read, gain = own.lifted, read_matrix(own), gain_matrices(base)
     simulation, deviation = simulation_matrix(plant), deviation_matrix(filtering)
     columns = [
         i for i, u in enumerate(unknowns) if free[i] and (u.trial is None or u.trial == trial)
@@ -188,7 +184,7 @@ def _of_trial(
     systems = sum(unknowns[i].role == "system" for i in columns)
     laws = systems + sum(unknowns[i].role == "law" for i in columns)
     taken_back = {}
-    dstep = np.zeros((*step.shape, systems))
+    dstep = _still(step, systems)
     dread = np.zeros((*read.shape, systems))
     dsimulation = np.zeros((*simulation.shape, systems))
     ddeviation = np.zeros((*deviation.shape, systems))
@@ -206,7 +202,10 @@ def _of_trial(
         if at < systems:
             ddeviation[:, :, at] = (deviation_matrix(near_filter) - deviation) / STEP
             dread_deviation[:, :, at] = (near_filter.system.C - filtering.system.C) / STEP
-            dstep[:, :, at] = (step_matrix(predicting(other)) - step) / STEP
+            near_step = predicting(other).lifted
+            for name in ("over", "reach", "push"):
+                slope = (getattr(near_step, name) - getattr(step, name)) / STEP
+                getattr(dstep, name)[..., at] = slope
             dread[:, :, at] = (read_matrix(predicting(other)) - read) / STEP
             dsimulation[:, :, at] = (simulation_matrix(other) - simulation) / STEP
             moved_on = assembly.trials[trial].missed
@@ -237,9 +236,14 @@ def no_slopes(plant: Sampled, gain: Gains, numbers: Array, p: int = 0) -> Slopes
     own = predicting(plant)
     (samples, n, m), held = gain.state.shape, gain.held.shape[1]
     return Slopes(
-        np.zeros((*step_matrix(own).shape, 0)), np.zeros((*read_matrix(own).shape, 0)),
+        _still(own.lifted, 0), np.zeros((*read_matrix(own).shape, 0)),
         np.zeros((samples, n + held, m, p)), np.zeros((*numbers.shape, 0)),
         np.zeros((*simulation_matrix(plant).shape, 0)), np.zeros((n, n + held, 0)),
         np.zeros((m, n, 0)),
         np.zeros((*gain.innovation.shape, p)), np.zeros((0, 0, 0)), [], np.arange(p), {},
     )  # fmt: skip
+
+
+def _still(step: Lifted, count: int) -> Lifted:
+    """Return no derivatives with respect to so many unknowns."""
+    return Lifted(*(np.zeros((*part.shape, count)) for part in (step.over, step.reach, step.push)))

@@ -17,11 +17,11 @@ from __future__ import annotations
 
 import numba
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from twin.estimation.coupled import force_derivatives, solve_forces
 from twin.estimation.implicit import number_steps
+from twin.estimation.low_pass import around
 from twin.estimation.products import add_contracted, add_product, add_row, along
 from twin.estimation.stepping import FAR, derivatives_at_ports, ports_at, remember
 
@@ -60,7 +60,9 @@ def simulate(
     c, free = np.zeros(step.shape[1]), np.zeros(n)
     X, dfree = dx0.copy(), np.zeros((n, p))
     z, dz, df = z0.copy(), np.zeros((*z0.shape, p)), np.zeros((count, p))
-    begun, dbegun, dended = np.zeros(2 * count), np.zeros((2 * count, p)), np.zeros((2 * count, p))
+    # displacements, then rates, at the ports: where a part begins, where it ends, derivatives
+    begun, ended = np.zeros(2 * count), np.zeros(2 * count)
+    dbegun, dended = np.zeros((2 * count, p)), np.zeros((2 * count, p))
     solved = np.ones(count)
     slopes, coupled = np.zeros(3 + numbers.shape[1]), np.zeros((count, count))
     memory_slopes = np.zeros((*z0.shape, 3 + numbers.shape[1]))
@@ -82,8 +84,8 @@ def simulate(
             for s in range(near[i, 0], near[i, 1]):
                 free[i] += step[i, s] * c[s]
         t = begin_s + (k + (part + 0.5) / steps) * step_s
-        solve_forces(laws, numbers, ports, push, begun, free, z, solved, t, scales, c, first_f,
-                     part_s)  # fmt: skip
+        ports_at(ports, free, n, ended)
+        solve_forces(laws, numbers, push, begun, ended, z, solved, t, scales, c, first_f, part_s)
         if p:
             dfree[:] = 0.0
             for i in range(n):
@@ -91,11 +93,12 @@ def simulate(
                 add_row(dfree[i], step[i], low, X[low:], high - low)
             add_contracted(dfree, dstep, c)
             dbegun[:] = dended
-            force_derivatives(laws, numbers, varied, ports, push, begun, free, z, t, scales, c,
-                              first_f, part_s, dbegun, dfree, dz, dnumbers, df, memory_slopes,
-                              slopes, coupled)  # fmt: skip
-            add_product(dfree, step, first_f, df, count)
             derivatives_at_ports(ports, dfree, n, dended)
+            force_derivatives(laws, numbers, varied, push, begun, ended, z, t, scales, c, first_f,
+                              part_s, dbegun, dended, dz, dnumbers, df, memory_slopes, slopes,
+                              coupled)  # fmt: skip
+            add_product(dfree, step, first_f, df, count)
+            add_product(dended, push, 0, df, count)
             X[:] = dfree
             df_out[place] = df
         for j in range(count):
@@ -104,7 +107,8 @@ def simulate(
             for j in range(count):
                 free[i] += step[i, first_f + j] * c[first_f + j]
             c[i] = min(max(free[i], -FAR), FAR)
-        remember(laws, numbers, ports, c, z, begun, dbegun, dended, dz, dnumbers, memory_slopes)
+        ports_at(ports, c, n, ended)
+        remember(laws, numbers, ended, z, begun, dbegun, dended, dz, dnumbers, memory_slopes)
     moved_out[-1] = begun
 
 
@@ -127,7 +131,7 @@ def filtered(f: Array, df: Array, weights: Array, steps: int, samples: int) -> t
     every = np.concatenate([f[:, :, None], df], axis=2).reshape(len(f), -1)
     before = np.repeat(every[steps - 1 : steps], (taps // steps // 2) * steps, axis=0)
     padded = np.concatenate([before, every])
-    around = sliding_window_view(padded, taps, axis=0)[::steps][:samples].swapaxes(1, 2)
     with np.errstate(all="ignore"):  # laws that run away are hopeless, filtered or not
-        out = np.matmul(weights, around).reshape(samples, len(weights) * count, 1 + p)
+        out = np.matmul(weights, around(padded, taps, steps)[:samples])
+    out = out.reshape(samples, len(weights) * count, 1 + p)
     return out[:, :, 0], out[:, :, 1:]

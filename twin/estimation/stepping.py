@@ -1,15 +1,16 @@
 """The compiled one-step predictor with laws inside, and its exact forward sensitivities.
 
 One loop carries the state x and its derivatives X with respect to p unknowns. With
-c = (x, n, u, u+, f), state, held disturbances, inputs before and after, forces of the laws,
+c = (x, n, u, u+, f), state, held disturbances, inputs before and after, forces of the laws over
+each part of a sample (``twin.estimation.lifted``),
 
-    x+ = step c          over a part of a sample,
+    x+ = over c          over a sample,
     y  = read (x, u, f)  at a sample,            e = y measured - y,
     (x, n) = (x, 0) + gain T e                   where it was measured,
 
-so that X+ = step C + dstep c with C the derivatives of c, and likewise for the others; T is how far
+so that X+ = over C + dover c with C the derivatives of c, and likewise for the others; T is how far
 an output is trusted where it is more uncertain than its noise (``likelihood.run``). Laws' forces
-follow from the motion that they move themselves (``twin.estimation.implicit``).
+follow from the motion that they move themselves (``twin.estimation.implicit``), part after part.
 """
 
 # mypy: disable-error-code="no-untyped-def"
@@ -30,9 +31,9 @@ FAR = 1e9
 
 @numba.njit(nogil=True, cache=True)
 def predict(
-    laws, step, read, ports, numbers, gain, trust, doubt, u, between, du, y, x0, z0, begin_s, steps,
-    step_s, ramps, scales, dstep, dread, dgain, dnumbers, dx0, order, e_out, de_out, x_out, z_out,
-    f_out,
+    laws, over, reach, push, read, ports, numbers, gain, trust, doubt, u, between, du, y, x0, z0,
+    begin_s, step_s, scales, dover, dreach, dpush, dread, dgain, dnumbers, dx0, order, e_out,
+    de_out, x_out, z_out, f_out,
 ):  # fmt: skip
     """Fill innovations and their derivatives, and the states before each sample.
 
@@ -40,7 +41,7 @@ def predict(
 
     In the order of the arguments:
         laws: addresses of forces and flows, and parts of memory, (l, 3).
-        step: over one part of a sample, (n, n + w + 2 r + l).
+        over, reach, push: what a sample does, as ``Lifted`` has them.
         read: of the outputs, (m, n + r + l).
         ports: displacements, then rates, at the laws' ports, (2 l, n).
         numbers: of the laws, (l, most).
@@ -52,11 +53,10 @@ def predict(
         du: derivatives of the last inputs, (samples, inputs that have some, .): they are held.
         y: measured outputs, (samples, m); NaN where there is none.
         x0, z0: state (n,) and memories (l, parts) before the first sample.
-        begin_s, steps, step_s: time of the first sample, parts of a sample, sampling interval.
-        ramps: 1 for inputs that are linear between samples, 0 for held ones, (r,).
+        begin_s, step_s: time of the first sample, sampling interval.
         scales: of force, displacement and rate at each port, and how far it yields, (l, 4).
-        dstep, dread, dgain, dnumbers: derivatives with respect to the first of the unknowns, these
-            in the last axis; with respect to the others they are zero. dgain has all p, and its
+        dover, ..., dnumbers: derivatives with respect to the first of the unknowns, these in the
+            last axis; with respect to the others they are zero. dgain has all p, and its
             last one is for all later samples.
         dx0: derivatives of the first state, (n, p).
         order: where each unknown's column goes in ``de_out``, (p,).
@@ -65,21 +65,22 @@ def predict(
     """
     samples, m = y.shape
     n, p, count = len(x0), dgain.shape[3], len(laws)
-    w, r = gain.shape[1] - n, u.shape[1]
+    w, r, steps = gain.shape[1] - n, u.shape[1], len(push)
     first_u, first_f = n + w, n + w + 2 * r
     h = step_s / steps
-    # c of a part of a sample, what the outputs are read from, and the derivatives
-    c, seen = np.zeros(step.shape[1]), np.zeros(n + r + count)
-    X, Y, dfree = np.zeros((n + w, p)), np.zeros((m, p)), np.zeros((n, p))
-    e, free, weighed = np.zeros(m), np.zeros(n), np.zeros((m, p))
+    # c of a sample, what the outputs are read from, and the derivatives
+    c, seen = np.zeros(over.shape[1]), np.zeros(n + r + count)
+    X, Y, dnext = np.zeros((n + w, p)), np.zeros((m, p)), np.zeros((n, p))
+    e, next_x, weighed = np.zeros(m), np.zeros(n), np.zeros((m, p))
     doubted = len(trust) > 0
     z, df, dz = z0.copy(), np.zeros((count, p)), np.zeros((*z0.shape, p))
-    # displacements and rates at the ports: where a step begins, and their derivatives
-    begun, dbegun, dended = np.zeros(2 * count), np.zeros((2 * count, p)), np.zeros((2 * count, p))
+    dforces = np.zeros((steps * count, p))
+    # displacements and rates at the ports: where a part begins, where it ends, and derivatives
+    begun, ended = np.zeros(2 * count), np.zeros(2 * count)
+    dbegun, dended = np.zeros((2 * count, p)), np.zeros((2 * count, p))
     solved = np.ones(count)
     slopes, coupled = np.zeros(3 + numbers.shape[1]), np.zeros((count, count))
     memory_slopes = np.zeros((*z0.shape, 3 + numbers.shape[1]))
-    push = ports @ np.ascontiguousarray(step[:, first_f:])
     varied = number_steps(dnumbers)
     c[:n] = x0
     X[:n] = dx0
@@ -149,46 +150,58 @@ def predict(
             for j in range(count):
                 flow_slopes(laws[j], numbers[j], varied[j], z[j], begun[j], along(ports[j], c, n),
                             scales[j], memory_slopes[j])  # fmt: skip
-        remember(laws, numbers, ports, c, z, begun, dbegun, dended, dz, dnumbers, memory_slopes)
+        ports_at(ports, c, n, ended)
+        remember(laws, numbers, ended, z, begun, dbegun, dended, dz, dnumbers, memory_slopes)
         if k == samples - 1:
             break
         # to the next sample
-        for part in range(steps):
-            for i in range(r):
-                low = between[k, i]
-                rise = ramps[i] * (between[k + 1, i] - low)
-                c[first_u + i] = low + part / steps * rise
-                c[first_u + r + i] = low + (part + 1) / steps * rise
-            for i in range(n):
-                free[i] = along(step[i], c, first_f)
+        for i in range(r):
+            c[first_u + i], c[first_u + r + i] = between[k, i], between[k + 1, i]
+        for part in range(steps if count else 0):
+            own = first_f + part * count
+            last = own - count if part else first_f + (steps - 1) * count
+            for j in range(count):
+                c[own + j] = c[last + j]
+            # where the part ends, without its own forces
+            for a in range(2 * count):
+                ended[a] = along(reach[part, a], c, first_f)
+                for i in range(part):
+                    for j in range(count):
+                        ended[a] += push[part - i, a, j] * c[first_f + i * count + j]
             middle = t + (part + 0.5) * h
-            if count:
-                solve_forces(laws, numbers, ports, push, begun, free, z, solved, middle, scales,
-                             c, first_f, h)  # fmt: skip
+            solve_forces(laws, numbers, push[0], begun, ended, z, solved, middle, scales, c, own, h)
             if p:
-                dfree[:] = 0.0
-                add_product(dfree, step, 0, X, first_u)
-                add_contracted(dfree, dstep, c)
+                dbegun[:] = dended
+                dended[:] = 0.0
+                add_product(dended, reach[part], 0, X, first_u)
+                add_contracted(dended, dreach[part], c)
                 if len(du):
-                    add_product(dfree, step, first_u + r - du.shape[1], du[k], du.shape[1])
-                if count:
-                    for j in range(2 * count):
-                        for a in range(p):
-                            dbegun[j, a] = dended[j, a]
-                    force_derivatives(laws, numbers, varied, ports, push, begun, free, z, middle,
-                                      scales, c, first_f, h, dbegun, dfree, dz, dnumbers, df,
-                                      memory_slopes, slopes, coupled)  # fmt: skip
-                    add_product(dfree, step, first_f, df, count)
-                    derivatives_at_ports(ports, dfree, n, dended)
-                for i in range(n):
-                    for a in range(p):
-                        X[i, a] = dfree[i, a]
-            for i in range(n):
+                    add_product(dended, reach[part], first_u + r - du.shape[1], du[k], du.shape[1])
+                for i in range(part + 1):
+                    add_contracted(dended, dpush[part - i], c[first_f + i * count :])
+                    if i < part:
+                        add_product(dended, push[part - i], 0, dforces[i * count :], count)
+                force_derivatives(laws, numbers, varied, push[0], begun, ended, z, middle, scales,
+                                  c, own, h, dbegun, dended, dz, dnumbers, df, memory_slopes,
+                                  slopes, coupled)  # fmt: skip
+                add_product(dended, push[0], 0, df, count)
+                dforces[part * count : (part + 1) * count] = df
+            for a in range(2 * count):
                 for j in range(count):
-                    free[i] += step[i, first_f + j] * c[first_f + j]
-                c[i] = min(max(free[i], -FAR), FAR)
-            remember(laws, numbers, ports, c, z, begun, dbegun, dended, dz, dnumbers,
-                      memory_slopes)  # fmt: skip
+                    ended[a] += push[0, a, j] * c[own + j]
+                ended[a] = min(max(ended[a], -FAR), FAR)
+            remember(laws, numbers, ended, z, begun, dbegun, dended, dz, dnumbers, memory_slopes)
+        if p:
+            dnext[:] = 0.0
+            add_product(dnext, over, 0, X, first_u)
+            add_contracted(dnext, dover, c)
+            if len(du):
+                add_product(dnext, over, first_u + r - du.shape[1], du[k], du.shape[1])
+            add_product(dnext, over, first_f, dforces, len(dforces))
+            X[:n] = dnext
+        for i in range(n):
+            next_x[i] = min(max(along(over[i], c, len(c)), -FAR), FAR)
+        c[:n] = next_x
 
 
 @numba.njit(nogil=True, cache=True, forceinline=True)
@@ -206,12 +219,12 @@ def derivatives_at_ports(ports, X, n, out):
 
 
 @numba.njit(nogil=True, cache=True, forceinline=True)
-def remember(laws, numbers, ports, c, z, begun, dbegun, dended, dz, dnumbers, memory_slopes):
+def remember(laws, numbers, ended, z, begun, dbegun, dended, dz, dnumbers, memory_slopes):
     """Move memories z and their derivatives to where the ports are now, and ``begun`` with them."""
-    count, n, p = len(laws), ports.shape[1], dz.shape[2]
+    count, p = len(laws), dz.shape[2]
     for j in range(count):
-        before, begun[j] = begun[j], along(ports[j], c, n)
-        begun[count + j] = along(ports[count + j], c, n)
+        before, begun[j] = begun[j], ended[j]
+        begun[count + j] = ended[count + j]
         for i in range(laws[j, 2]):
             z[j, i] = call_flow(laws[j, 1], z[j, i], float(i), before, begun[j],
                                 numbers[j].ctypes.data)  # fmt: skip

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from twin.estimation.decoupled import Decoupled, decoupled
-from twin.estimation.low_pass import MOMENTS, TO_POWERS, LowPass, weights
+from twin.estimation.lifted import Lifted, lifted
+from twin.estimation.low_pass import MOMENTS, TO_POWERS, LowPass, twice, weights
 
 Array = NDArray[np.float64]
 
@@ -93,6 +94,11 @@ class Sampled:
     driven: Driven | None = None
 
     @cached_property
+    def lifted(self) -> Lifted:
+        """The steps of a sample at once."""
+        return lifted(self)
+
+    @cached_property
     def modes(self) -> Decoupled:
         """Coordinates in which the modes do not move one another."""
         return decoupled(self.system.A)
@@ -107,11 +113,13 @@ class Driven:
             outputs see, and their Legendre coefficients until the next one, which drive the states;
             it has no laws.
         weights: of the forces of the parts around a sample for these inputs, (1 + MOMENTS, taps).
+        twice: the same of the filtered forces at a sample and half a sample later, (2, taps).
         simulated: the system as it is simulated with its laws.
     """
 
     plant: Sampled
     weights: Array
+    twice: Array
     simulated: Sampled
 
 
@@ -228,7 +236,7 @@ def _driven(plant: Sampled, held: NDArray[np.bool_], low_pass: LowPass, alone: S
         plant, A=plant.whole, B0=np.hstack([B0, none, *moments]), B1=np.hstack([B1, shown]),
         E=none[:, :0], W=plant.entry, steps=1, step_s=step_s, system=without,
     )  # fmt: skip
-    return Driven(linear, weights(low_pass, plant.steps), alone)
+    return Driven(linear, weights(low_pass, plant.steps), twice(low_pass, plant.steps), alone)
 
 
 def noise_integral(A: Array, G: Array, step_s: float) -> Array:
