@@ -4,7 +4,7 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss, legvander
 from scipy.linalg import expm
 
-from twin.estimation.low_pass import MOMENTS, LowPass, twice, weights
+from twin.estimation.low_pass import MOMENTS, LowPass, in_moments, twice, weights
 from twin.estimation.ringing import Ringing
 from twin.estimation.simulated import filtered
 
@@ -12,7 +12,7 @@ RATE_HZ, STEPS, SAMPLES = 100.0, 24, 256
 STEP_S = 1 / RATE_HZ
 FAST_HZ, RATIO, STEPPED = 72.0, 0.01, 0.7
 OMEGA = 2 * np.pi * FAST_HZ
-TWICE = twice(LowPass(1.0), STEPS)
+TWICE = in_moments(twice, LowPass(1.0), STEPS)
 SEEN = np.array([[[3.0 * OMEGA**2], [0.0]], [[0.0], [OMEGA]], [[1.0], [0.0]]])
 
 
@@ -33,7 +33,8 @@ def knocks():
     forces = np.zeros((SAMPLES * STEPS + weighed.shape[1], 1))
     for begin in rng.integers(900, SAMPLES * STEPS - 1200, 12):
         forces[begin : begin + rng.integers(9, 270), 0] += rng.normal()
-    more, _ = filtered(forces, np.empty((len(forces), 1, 0)), weighed, STEPS, SAMPLES)
+    by_moments = in_moments(weights, LowPass(1.0), STEPS)
+    more, _ = filtered(forces, np.empty((len(forces), 1, 0)), by_moments, STEPS, SAMPLES)
     return forces, more, weighed
 
 

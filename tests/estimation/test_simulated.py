@@ -168,7 +168,7 @@ def test_deviations_from_the_simulation_are_estimated_with_the_dashpot_in_their_
     A = own.A + c * np.outer(own.E[:, 0], own.rate[0])
     C = own.C + c * np.outer(own.F[:, 0], own.rate[0])
     whole, entry, _ = transition(A, own.W, 1 / RATE_HZ, 0)
-    x, last = -start, len(run.gains.state) - 1
+    x, last = np.zeros(4), len(run.gains.state) - 1
     trust = trust_in(run.gains, run.averages.blur)
     for k, beyond in enumerate(there.e):
         e = beyond - C @ x

@@ -147,7 +147,7 @@ def predictors(hypothesis: Hypothesis, z: Array) -> list[Predictor]:
         plant, noise = plants[here.which[t]], here.noises[t]
         everything = (*hypothesis.at(z), *hypothesis.problem.known_at(z))
         averages = averages_at(hypothesis, here, plants, t)
-        gain = gains(averages.filtering(plant), averages.beginning(noise, plant),
+        gain = gains(averages.filtering(plant), averages.beginning(noise),
                      equivalent=averages.equivalent, missing=trial.missing)  # fmt: skip
         out.append(Predictor(everything, names, here, trial, plant, noise, gain, averages,
                              hypothesis.problem))  # fmt: skip

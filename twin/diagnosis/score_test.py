@@ -123,7 +123,7 @@ class ScoreTest:
         self._without = evaluate(self.linear, fit.z, derivatives=False).runs
         # where laws began with an estimated state, what is added may have begun with another one
         self.runs = tuple(
-            replace(own, e=linear.e, gains=linear.gains) if own.begun else own
+            own if own.averages.start is None else replace(own, e=linear.e, gains=linear.gains)
             for own, linear in zip(value.runs, self._without, strict=True)
         )
         value = replace(value, runs=self.runs)

@@ -22,7 +22,7 @@ from twin.estimation.laws import no_memory
 from twin.estimation.model import Assembly, Model, Trial
 from twin.estimation.passing import Run, Simulation, deviations, run, simulated
 from twin.estimation.sensitivities import no_slopes, numbers_of
-from twin.estimation.start import estimated_start
+from twin.estimation.start import STEPS, estimated_start
 from twin.estimation.system import Noise, Sampled, System, transition
 from twin.estimation.trust import trust_in
 from twin.estimation.unknown_forces import unknown_forces
@@ -92,7 +92,7 @@ def _following(
         found = replace(near, blur=blur)
         start, odds = estimated_start(here, trial, plant, noise, found, 1, near.start)
     found = replace(found, start=start, start_odds=odds)
-    noise = found.beginning(noise, plant)
+    noise = found.beginning(noise)
     gain = gains(plant, noise, equivalent=found.equivalent, missing=trial.missing)
     again = _of_pass(model, here, trial, noise, run(here, trial, plant, gain, averages=found))
     return found if again.equivalent is None else replace(again, start=start, start_odds=odds)
@@ -154,33 +154,34 @@ def _holding(
         return simulated(plant, here, trial, start, np.zeros((len(start), 0)),
                          no_memory(here.laws), 0.0, none)  # fmt: skip
 
-    def likelihood(of: LawAverages, start: Array, there: Simulation) -> tuple[float, LawAverages]:
+    def likelihood(of: LawAverages, there: Simulation) -> tuple[float, LawAverages]:
         try:
             filtering = of.filtering(plant)
-            gain = gains(filtering, noise, missing=trial.missing)
+            gain = gains(filtering, of.beginning(noise), missing=trial.missing)
             late = unknown_instants(here, plant, noise, of, there)
             of = replace(of, blur=_both(averages.blur, late))
             trust = trust_in(gain, of.blur)
-            e, _, _ = deviations(filtering, trial, gain, trust, -start, there, none)
-            value = density(e, trial.y, gain.innovation, of.blur).value
+            e, _, _ = deviations(filtering, trial, gain, trust, there, none)
+            value = density(e, trial.y, gain.innovation, of.blur).value + of.start_odds
         except (ValueError, np.linalg.LinAlgError):
             return -np.inf, of
         return (value if np.isfinite(value) else -np.inf), of
 
     blur = near.blur if near.blur is not None and len(near.blur) == len(trial.y) else averages.blur
     before = replace(averages, slopes=near.slopes, blur=blur)
-    start, _ = estimated_start(here, trial, plant, noise, before, 1, near.start)
+    steps = STEPS if near.start is None else 1
+    start, odds = estimated_start(here, trial, plant, noise, before, steps, near.start)
     there = simulation(start)
     v = there.x @ plant.system.rate.T
     work = np.maximum(np.sum(there.f * v, axis=0), 0.0)
     dashpots = work / np.maximum(np.sum(v**2, axis=0), 1e-300)
     options = (None, *(np.outer(dashpots * share, (0.0, 1.0)) for share in SHARES))
-    tried = [replace(averages, start=start, slopes=slopes) for slopes in options]
-    scored = [likelihood(of, start, there) for of in tried]
+    tried = [replace(averages, start=start, start_odds=odds, slopes=slopes) for slopes in options]
+    scored = [likelihood(of, there) for of in tried]
     if near.start is not None:
         kept = replace(near, blur=blur)
         there = simulation(near.start) if known is None else there
-        scored.append(likelihood(kept, near.start, there) if known is None else (known, kept))
+        scored.append(likelihood(kept, there) if known is None else (known, kept))
     return max(scored, key=lambda pair: pair[0])
 
 

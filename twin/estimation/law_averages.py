@@ -43,11 +43,9 @@ class LawAverages:
         alike = self.slopes is None or self.slopes.shape[0] == len(system.drift)
         return alike and self.start is not None and len(self.start) == len(system.A)
 
-    def beginning(self, noise: Noise, plant: Sampled) -> Noise:
-        """Return noise levels of a filter that begins with the start, where laws follow from it."""
-        if plant.driven is not None or self.start is None:
-            return noise
-        return replace(noise, start=0 * noise.start)
+    def beginning(self, noise: Noise) -> Noise:
+        """Return noise levels of a filter that begins with the start, where one was estimated."""
+        return noise if self.start is None else replace(noise, start=0 * noise.start)
 
     def filtering(self, plant: Sampled) -> Sampled:
         """Return the system of a Kalman filter: of deviations, where laws are simulated."""

@@ -66,7 +66,7 @@ def _passed(here: Assembly, plants: Sequence[Sampled], index: int, averages: Law
             slopes: Slopes | None = None) -> Run:  # fmt: skip
     """Return the pass over one recording, with derivatives where there are slopes."""
     plant, trial = plants[here.which[index]], here.trials[index]
-    noise = averages.beginning(here.noises[index], plant)
+    noise = averages.beginning(here.noises[index])
     filtering = averages.filtering(plant)
     gain = gains(filtering, noise, equivalent=averages.equivalent, missing=trial.missing)
     result = run(here, trial, plant, gain, slopes, averages=averages)

@@ -11,6 +11,7 @@ from twin.estimation.kalman import Gains
 from twin.estimation.law_averages import LawAverages
 from twin.estimation.laws import addresses, no_memory
 from twin.estimation.lifted import Lifted
+from twin.estimation.low_pass import REACH
 from twin.estimation.model import Assembly, Trial
 from twin.estimation.sensitivities import (
     Slopes,
@@ -136,7 +137,7 @@ def run(
     told = p if dx0 is not None else d.numbers.shape[2]
     found = simulated(plant, assembly, trial, begun, c(dfirst[:, :told]), memories, begin_s, d)
     filtering = averages.filtering(plant)
-    e, de, deviation = deviations(filtering, trial, gain, trust, first - begun, found, d)
+    e, de, deviation = deviations(filtering, trial, gain, trust, found, d)
     f = found.f + deviation @ averages.tangent(plant.system).T
     return Run(e, de, found.x + deviation, found.z, f, gain, plant, averages)
 
@@ -195,7 +196,7 @@ def simulated(
     laws, q, own = len(numbers), dx0.shape[1], plant.driven.plant
     weights = plant.driven.weights
     fine = trial.finely(assembly.held, plant.steps)
-    parts = samples * plant.steps + weights.shape[1]
+    parts = (samples + 2 * REACH + 1) * plant.steps  # as far as the filter reaches
     forces, dforces = np.empty((parts, laws)), np.empty((parts, laws, q))
     ports = np.vstack([plant.system.drift, plant.system.rate])
     z, moved = np.empty((samples, *z0.shape)), np.empty((parts + 1, 2 * laws))
@@ -234,17 +235,17 @@ def simulated(
 
 
 def deviations(
-    plant: Sampled, trial: Trial, gain: Gains, trust: Array, x0: Array, beyond: Simulation,
-    d: Slopes,
-) -> tuple[Array, Array, Array]:  # fmt: skip
+    plant: Sampled, trial: Trial, gain: Gains, trust: Array, beyond: Simulation, d: Slopes
+) -> tuple[Array, Array, Array]:
     """Return innovations, their derivatives, and deviations from a simulation, (samples, n).
+
+    None before the first sample, with which the simulation begins.
 
     Args:
         plant: of the deviations.
         trial: the recording.
         gain: of the predictor.
         trust: as ``predict`` takes it.
-        x0: deviation before the first sample, (n,).
         beyond: the simulation.
         d: derivatives.
     """
@@ -260,10 +261,10 @@ def deviations(
         np.hstack([plant.system.C, -np.eye(m)]), np.zeros((0, n)), np.zeros((0, 0)),
         gain_matrices(gain), trust, doubt_of(gain, trust, d), beyond.e, np.zeros((samples, m)),
         beyond.de if beyond.de.size else np.zeros((0, 0, 0)),
-        np.where(np.isnan(trial.y), np.nan, 0.0), x0, still, 0.0, trial.step_s, np.ones((0, 4)),
-        dstep, none[..., None], none[..., None], dread, d.gain, np.zeros((0, 0, 0)),
-        np.zeros((n, p)), d.order, e, de, x, np.zeros((samples, *still.shape)),
-        np.zeros((samples, 0)),
+        np.where(np.isnan(trial.y), np.nan, 0.0), np.zeros(n), still, 0.0, trial.step_s,
+        np.ones((0, 4)), dstep, none[..., None], none[..., None], dread, d.gain,
+        np.zeros((0, 0, 0)), np.zeros((n, p)), d.order, e, de, x,
+        np.zeros((samples, *still.shape)), np.zeros((samples, 0)),
     )  # fmt: skip
     return e, de, x
 

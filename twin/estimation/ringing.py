@@ -49,7 +49,7 @@ class Ringing:
             forces: of the laws over the parts of the samples, (parts, l, q).
             more: what drives the predictor: of each law's filtered force the value at a sample, and
                 the Legendre coefficients until the next one, (samples, (1 + MOMENTS) l, q).
-            shown: weights of the forces of the parts around a sample in the filtered one at the
+            shown: weights of the moments of the forces around a sample in the filtered one at the
                 sample and half a sample later, (2, taps).
             steps: parts of a sample.
             step_s: sampling interval [s].
@@ -58,9 +58,6 @@ class Ringing:
         forces, more = self._ports[1] @ forces, np.kron(np.eye(1 + MOMENTS), self._ports[1]) @ more
         samples, laws = len(more), forces.shape[1]
         begin = 2 * REACH  # what acts before the first sample acts from REACH samples before
-        still = np.zeros((begin * steps, *forces.shape[1:]))
-        before = np.repeat(forces[steps - 1 : steps], REACH * steps, axis=0)
-        driven = around(np.concatenate([still, before, forces]), shown.shape[1], steps)
         length = next_fast_len(SILENCE * (begin + samples), real=True)
         if length not in self._answers:
             self._answers[length] = (
@@ -70,7 +67,9 @@ class Ringing:
         exact, found = self._answers[length]
         # the filter leaves nothing beyond the sampling rate: twice as many samples show all of it,
         # and of the outputs every other one is kept: what is above half the rate folds
-        drive = (shown @ driven[: begin + samples]).reshape(-1, *forces.shape[1:])
+        flat = np.reshape(forces, (len(forces), -1))
+        drive = around(flat[steps - 1], flat, shown, steps, begin + samples, begin)
+        drive = drive.reshape(-1, *forces.shape[1:])
         true = exact @ np.fft.rfft(drive, 2 * length, axis=0)
         low = length // 2 + 1
         folded = (true[:low] + np.conj(true[::-1][:low])) / 2

@@ -172,7 +172,7 @@ def _of_trial(
     own, filtering = predicting(plant), averages.filtering(plant)
     # gains after a gap in between are taken to follow as those without it
     missing = here.trials[trial].begins_without
-    own_noise = averages.beginning(here.noises[trial], plant)
+    own_noise = averages.beginning(here.noises[trial])
     base = gains(filtering, own_noise, equivalent=equivalent, missing=missing)
     step, read, gain = own.lifted, read_matrix(own), gain_matrices(base)
     simulation, deviation = simulation_matrix(plant), deviation_matrix(filtering)
@@ -218,7 +218,7 @@ def _of_trial(
         elif at < systems or at >= laws:
             changed.append(at)
             steps.append(_step_of(unknowns[columns[place]]))
-            near.append((near_filter, averages.beginning(assembly.noises[trial], plant)))
+            near.append((near_filter, averages.beginning(assembly.noises[trial])))
     if near:
         # the last one is the model itself, so that rounding is alike in both
         near.append((filtering, own_noise))

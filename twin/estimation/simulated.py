@@ -120,18 +120,16 @@ def filtered(f: Array, df: Array, weights: Array, steps: int, samples: int) -> t
     Args:
         f: over the parts, (parts, l).
         df: their derivatives, (parts, l, p).
-        weights: of the parts around a sample, as many before it as after the next, (w, taps).
+        weights: of the moments of what is around a sample (``low_pass.moments``), (w, taps).
         steps: parts of a sample.
         samples: how many.
 
     Returns:
         (samples, w l) and (samples, w l, p).
     """
-    taps, (count, p) = weights.shape[1], df.shape[1:]
+    count, p = df.shape[1:]
     every = np.concatenate([f[:, :, None], df], axis=2).reshape(len(f), -1)
-    before = np.repeat(every[steps - 1 : steps], (taps // steps // 2) * steps, axis=0)
-    padded = np.concatenate([before, every])
     with np.errstate(all="ignore"):  # laws that run away are hopeless, filtered or not
-        out = np.matmul(weights, around(padded, taps, steps)[:samples])
+        out = around(every[steps - 1], every, weights, steps, samples)
     out = out.reshape(samples, len(weights) * count, 1 + p)
     return out[:, :, 0], out[:, :, 1:]

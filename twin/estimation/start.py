@@ -13,6 +13,7 @@ known to begin with.
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,9 +27,11 @@ from twin.estimation.system import Noise, Sampled
 
 Array = NDArray[np.float64]
 
-BEGINNING = 1024
-"""Samples that tell of the state before the first one, ten time constants of a mode with 1 % of
-damping at a sixtieth of the sampling rate; what comes later a predictor has forgotten."""
+BEGINNING, FEWEST = 1024, 64
+"""Samples that tell of the state before the first one: ten time constants of a mode with 1 % of
+damping at a sixtieth of the sampling rate; what comes later a predictor has forgotten. And those
+that are asked first where nothing is known, a period of such a mode, then twice as many: over few
+of them friction holds and lets go seldom, and the posterior has few maxima."""
 
 STEPS, ENOUGH = 30, 0.01
 """Passes to find that state at most, and the gain in log posterior [nat] below which one is not
@@ -54,13 +57,34 @@ def estimated_start(
         noise: levels, and the prior covariance of that state.
         averages: what the laws do on the average.
         steps: passes at most.
-        near: a state that it is near to, (n,); the prior's mean without.
+        near: a state that it is near to, (n,); found from few samples on without.
     """
-    first = replace(trial, u=trial.u[:BEGINNING], between=trial.between[:BEGINNING],
-                    y=trial.y[:BEGINNING])  # fmt: skip
+    whole = partial(_climbed, here, trial, plant, noise, averages, steps, samples=BEGINNING)
+    if near is not None:
+        return whole(near)[:2]
+    # blows, and the mean of the prior, may lead to another maximum than few samples do
+    measured = np.flatnonzero(~np.isnan(trial.y).all(axis=1))
+    begin, few, state = int(measured[0]) if len(measured) else 0, FEWEST, near
+    while begin + few < min(BEGINNING, len(trial.y)):
+        state, *_ = _climbed(here, trial, plant, noise, averages, steps, state, begin + few)
+        few *= 2
+    return min((whole(begun) for begun in (state, None)), key=lambda found: found[2])[:2]
+
+
+def _climbed(
+    here: Assembly, trial: Trial, plant: Sampled, noise: Noise, averages: LawAverages, steps: int,
+    near: Array | None, samples: int,
+) -> tuple[Array, float, float]:  # fmt: skip
+    """Return where damped steps climb to from a state nearby, beside the first samples.
+
+    Returns:
+        The state (n,), its odds, and minus its log posterior up to a constant.
+    """
+    first = replace(trial, u=trial.u[:samples], between=trial.between[:samples],
+                    y=trial.y[:samples])  # fmt: skip
     root = root_of(noise.start)
     blur = averages.blur
-    averages = replace(averages, blur=None if blur is None else blur[:BEGINNING])
+    averages = replace(averages, blur=None if blur is None else blur[:samples])
     known = replace(noise, start=0 * noise.start)
     gain = gains(averages.filtering(plant), known, equivalent=averages.equivalent,
                  missing=first.missing)  # fmt: skip
@@ -97,11 +121,11 @@ def estimated_start(
         if not other < cost:
             damping *= 10
             continue
-        gained, s, damping = cost - other, s + step, damping / 10
+        gained, s, damping, cost = cost - other, s + step, damping / 10, other
         if gained < ENOUGH or number == steps - 1:
             break
         cost, gradient, H = passed(s)
-    return np.asarray(root @ s), -0.5 * float(s @ s + np.linalg.slogdet(H)[1])
+    return np.asarray(root @ s), -0.5 * float(s @ s + np.linalg.slogdet(H)[1]), cost
 
 
 def root_of(covariance: Array) -> Array:

@@ -11,7 +11,7 @@ from scipy.linalg import expm
 
 from twin.estimation.decoupled import Decoupled, decoupled
 from twin.estimation.lifted import Lifted, lifted
-from twin.estimation.low_pass import MOMENTS, TO_POWERS, LowPass, twice, weights
+from twin.estimation.low_pass import MOMENTS, TO_POWERS, LowPass, in_moments, twice, weights
 
 Array = NDArray[np.float64]
 
@@ -112,7 +112,7 @@ class Driven:
         plant: with (1 + MOMENTS) l further inputs: the filtered forces at a sample, which the
             outputs see, and their Legendre coefficients until the next one, which drive the states;
             it has no laws.
-        weights: of the forces of the parts around a sample for these inputs, (1 + MOMENTS, taps).
+        weights: of the moments of the forces around a sample for these inputs, (1 + MOMENTS, taps).
         twice: the same of the filtered forces at a sample and half a sample later, (2, taps).
         simulated: the system as it is simulated with its laws.
     """
@@ -236,7 +236,8 @@ def _driven(plant: Sampled, held: NDArray[np.bool_], low_pass: LowPass, alone: S
         plant, A=plant.whole, B0=np.hstack([B0, none, *moments]), B1=np.hstack([B1, shown]),
         E=none[:, :0], W=plant.entry, steps=1, step_s=step_s, system=without,
     )  # fmt: skip
-    return Driven(linear, weights(low_pass, plant.steps), twice(low_pass, plant.steps), alone)
+    seen, doubled = (in_moments(of, low_pass, plant.steps) for of in (weights, twice))
+    return Driven(linear, seen, doubled, alone)
 
 
 def noise_integral(A: Array, G: Array, step_s: float) -> Array:
