@@ -99,7 +99,7 @@ def test_sensitivities_are_those_of_finite_differences(name, latent, low_pass, y
     here = evaluate(model, z)
     settled = len(here.runs[0].gains.state) - 1
     for i, unknown in enumerate(model.unknowns):
-        h = 1e-5  # corners of laws lie hardly ever between both steps
+        h = 1e-6  # corners of laws lie hardly ever between both steps
         up, low = z.copy(), z.copy()
         up[i] += h
         low[i] -= h
