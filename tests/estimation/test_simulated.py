@@ -9,14 +9,18 @@ from estimation_support import FRICTION, RATE_HZ, TwoMasses, two_masses
 from scipy.signal import resample_poly
 
 from twin.estimation import averages
+from twin.estimation.density import density
 from twin.estimation.fit import fit
+from twin.estimation.kalman import gains
+from twin.estimation.law_averages import LawAverages
 from twin.estimation.laws import no_memory
 from twin.estimation.likelihood import evaluate, passes
 from twin.estimation.low_pass import LowPass
 from twin.estimation.model import Trial
-from twin.estimation.passing import simulated
+from twin.estimation.passing import run, simulated
 from twin.estimation.sensitivities import no_slopes, numbers_of, plants_of
 from twin.estimation.simulated import filtered
+from twin.estimation.start import estimated_start
 from twin.estimation.system import transition
 from twin.estimation.trust import trust_in
 
@@ -100,6 +104,26 @@ def test_a_simulation_begins_with_the_motion_that_a_recording_begins_with():
     assert np.all(np.sqrt(np.mean(e**2, axis=0)) < 1.5 * left(LowPass(1.0)))
 
 
+@pytest.mark.parametrize(("level", "first"), [(0.8, 190), (3.0, 280)])
+def test_friction_begins_where_few_samples_and_then_more_lead(level, first):
+    whole = recorded(level)
+    u, between, y = (part[first:] for part in (whole.u, whole.between, whole.y))
+    y = np.where(np.arange(len(y))[:, None] < 27, np.nan, y)
+    trial = Trial(u, between, y, whole.step_s)
+    of = TwoMasses((trial,), (FRICTION,), PORTS, steps=4, low_pass=LowPass(1.0))
+    here = of.assemble(truth(of))
+    (plant,), noise = plants_of(here, of), here.noises[0]
+    # over all samples at once friction holds and lets go at other instants than it did
+    from_rest, _ = estimated_start(here, trial, plant, noise, LawAverages(), near=np.zeros(4))
+    from_few, _ = estimated_start(here, trial, plant, noise, LawAverages())
+    gain, none = gains(plant, replace(noise, start=0 * noise.start)), LawAverages()
+    there, better = (
+        density(run(here, trial, plant, gain, x0=x, averages=none).e, y, gain.innovation, None)
+        for x in (from_rest, from_few)
+    )
+    assert better.value > there.value + 1000
+
+
 def test_filtered_forces_are_weighed_around_each_sample_and_begin_with_those_of_the_first():
     rng = np.random.default_rng(2)
     steps, samples, laws, p = 3, 7, 2, 4
@@ -158,26 +182,26 @@ def test_deviations_from_the_simulation_are_estimated_with_the_dashpot_in_their_
     of = replace(model(LowPass(1.0)), trials=(recorded(0.5, 0.02),))
     z = truth(of)
     z[[u.name for u in of.unknowns].index("input noise 0")] += np.log(0.02 / 2e-3)
-    (run,) = passes(of, z)
-    here, start, c = of.assemble(z), run.averages.start, run.averages.slopes[0, 1]
+    (found,) = passes(of, z)
+    here, start, c = of.assemble(z), found.averages.start, found.averages.slopes[0, 1]
     plant = plants_of(here, of)[0]
-    none = no_slopes(plant, run.gains, numbers_of(here))
+    none = no_slopes(plant, found.gains, numbers_of(here))
     there = simulated(plant, here, here.trials[0], start, np.zeros((4, 0)), no_memory(here.laws),
                       0.0, none)  # fmt: skip
     own = plant.system
     A = own.A + c * np.outer(own.E[:, 0], own.rate[0])
     C = own.C + c * np.outer(own.F[:, 0], own.rate[0])
     whole, entry, _ = transition(A, own.W, 1 / RATE_HZ, 0)
-    x, last = np.zeros(4), len(run.gains.state) - 1
-    trust = trust_in(run.gains, run.averages.blur)
+    x, last = np.zeros(4), len(found.gains.state) - 1
+    trust = trust_in(found.gains, found.averages.blur)
     for k, beyond in enumerate(there.e):
         e = beyond - C @ x
-        np.testing.assert_allclose(run.e[k], e, atol=1e-9)
+        np.testing.assert_allclose(found.e[k], e, atol=1e-9)
         trusted = trust[k] @ e
-        x = whole @ (x + run.gains.state[min(k, last)] @ trusted)
-        x += entry @ run.gains.held[min(k, last)] @ trusted
+        x = whole @ (x + found.gains.state[min(k, last)] @ trusted)
+        x += entry @ found.gains.held[min(k, last)] @ trusted
     assert c > 0
-    assert np.any(run.averages.blur)
+    assert np.any(found.averages.blur)
 
 
 def test_where_a_simulation_begins_and_what_its_deviations_meet_follow_one_another(monkeypatch):
