@@ -160,14 +160,14 @@ def weights(low_pass: LowPass, parts: int) -> Array:
     t, kernel = _kernel(low_pass, parts)
     inside, shares = np.polynomial.legendre.leggauss(POINTS)
     values = np.polynomial.legendre.legvander(inside, MOMENTS - 1)
-    moments = np.zeros((MOMENTS, len(t)))
+    terms = np.zeros((MOMENTS, len(t)))
     for x, share, value in zip(inside / 2, shares / 2, values, strict=True):
-        moments += (2 * np.arange(MOMENTS) + 1)[:, None] * np.outer(
+        terms += (2 * np.arange(MOMENTS) + 1)[:, None] * np.outer(
             share * value, kernel(0.5 + x - t)
         )
     shown = kernel(-t)
-    moments[0] /= np.sum(moments[0])
-    return np.vstack([shown / np.sum(shown), moments])
+    terms[0] /= np.sum(terms[0])
+    return np.vstack([shown / np.sum(shown), terms])
 
 
 @cache

@@ -122,14 +122,14 @@ def run(
     d = slopes or no_slopes(plant, gain, numbers, 0 if dx0 is None else dx0.shape[1])
     p = len(d.order)
     c = np.ascontiguousarray
-    first = np.zeros(n) if x0 is None else c(x0, dtype=float)
-    begun = averages.start if x0 is None and averages.start is not None else first
+    known = averages.start if x0 is None else x0
+    begun = np.zeros(n) if known is None else c(known, dtype=float)
     dfirst = np.zeros((n, p)) if dx0 is None else c(dx0[:, d.order])
     memories = no_memory(assembly.laws) if z0 is None else c(z0, dtype=float)
     trust = trust_in(gain, averages.blur)
     if plant.driven is None:
         passed = _stepped(
-            plant, assembly, trial, gain_matrices(gain), trust, doubt_of(gain, trust, d), c(begun),
+            plant, assembly, trial, gain_matrices(gain), trust, doubt_of(gain, trust, d), begun,
             dfirst, memories, begin_s, d,
         )  # fmt: skip
         return Run(*passed, gain, plant, averages)
