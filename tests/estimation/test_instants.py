@@ -24,8 +24,8 @@ def beyond(rate, forces, size, returning, push_rate, law=FRICTION, numbers=NUMBE
     moved = np.column_stack([np.cumsum(rate) * PART_S, rate])
     push = np.array([[0.5 * PART_S * push_rate], [push_rate]])
     out = np.zeros((len(forces), 2))
-    _neighbours(addresses((law,)), numbers, push, SCALES, PART_S, forces[:, None], moved,
-                np.array([size]), np.array([returning]), out)  # fmt: skip
+    _neighbours(addresses((law,)), numbers, push, SCALES, PART_S, 1, forces[:, None], moved,
+                np.array([[size]]), np.array([[returning]]), out)  # fmt: skip
     return out
 
 

@@ -16,6 +16,26 @@ def setting(latent=None):
     return plant, Noise(np.array([0.3, 0.2]), np.array([0.1, 0.2]), start)
 
 
+def test_after_a_blow_the_gains_are_those_of_a_plain_kalman_filter_that_knows_less():
+    plant, noise = setting()
+    late, moved = 300, np.array([0.0, 0.0, 0.3, -0.1])
+    kicks = {late: np.outer(moved, moved), 5: 1e-3 * np.eye(4)}
+    found = gains(plant, replace(noise, kicks=kicks))
+    A, C = plant.whole, plant.system.C
+    W, V = plant.entry * noise.held, plant.system.V * noise.held
+    P = noise.start
+    assert len(found.state) > late + 3
+    for k in range(len(found.state) - 1):
+        P = P + kicks.get(k, 0.0)
+        S = C @ P @ C.T + V @ V.T + np.diag(noise.output**2)
+        np.testing.assert_allclose(found.innovation[k], S, atol=2 * SAME * np.max(S))
+        K = (A @ P @ C.T + W @ V.T) @ np.linalg.inv(S)
+        P = A @ P @ A.T + W @ W.T + plant.Q - K @ S @ K.T
+    without = gains(plant, noise)
+    assert np.max(found.innovation[late]) > 1.5 * np.max(without.innovation[-1])
+    np.testing.assert_allclose(found.innovation[-1], without.innovation[-1], rtol=1e-12)
+
+
 @pytest.mark.parametrize("latent", [None, (0.5, 8.0)])
 def test_the_stationary_gain_solves_the_riccati_equation_with_cross_covariance(latent):
     plant, noise = setting(latent)

@@ -33,6 +33,23 @@ def test_systems_side_by_side_have_the_gains_that_each_has_alone(with_laws, miss
         assert innovation[..., i] == pytest.approx(alone.innovation, rel=1e-9, abs=1e-12)
 
 
+@pytest.mark.parametrize("missing", [None, LATE])
+def test_blows_leave_their_states_less_certain_as_they_do_alone(missing):
+    tall = np.outer(np.arange(1.0, 6.0), np.arange(1.0, 6.0))
+    kicks = {12: 1e-3 * tall, 4: 1e-2 * tall}
+    systems = [
+        (p, replace(n, kicks=kicks)) for p, n in (near(400.0, 0.3, 0.5), near(450.0, 0.3, 0.4))
+    ]
+    for i, (plant, noise) in enumerate(systems):
+        alone = gains(plant, noise, missing=missing)
+        count = len(alone.state) - 1
+        assert count > 20
+        gain, innovation = neighbouring_gains(systems, count, None, missing)
+        together = np.concatenate([alone.state, alone.held], axis=1)
+        np.testing.assert_allclose(gain[..., i], together, atol=2e-3 * np.max(np.abs(together)))
+        np.testing.assert_allclose(innovation[..., i], alone.innovation, rtol=2e-3)
+
+
 def test_one_without_a_stationary_filter_is_said():
     plant, noise = near(400.0, 0.3, 0.5)
     blind = replace(plant.system, C=0 * plant.system.C)

@@ -115,6 +115,7 @@ class Predictor:
         forces, readings = np.zeros((last - first, n)), np.zeros((last - first, own.y.shape[1]))
         for _ in range(1 + (PASSES if n else 0)):
             piece = replace(own, u=np.hstack([driving, forces]), y=0 * readings,
+                            blows=own.blows and own.blows.of_part(first, last),
                             between=np.hstack([lines, prefiltered(forces)]))  # fmt: skip
             passed = run(self.here, piece, self.plant, open_loop(self.gain), x0=x, z0=z,
                          begin_s=first * own.step_s)  # fmt: skip

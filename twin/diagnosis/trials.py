@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from twin.diagnosis.aliased import aliased
 from twin.diagnosis.measured import Load, Measured
 from twin.diagnosis.straight import HoldError, hold_error, prefiltered
+from twin.estimation.blows import Blows
 from twin.estimation.model import Trial
 from twin.estimation.trust import BESIDE_NOISE
 from twin.model.linear import LinearModel
@@ -37,10 +38,11 @@ def trial_of(
         y: other outputs, (samples, m).
     """
     u = recording.u if u is None else u
-    between, blur, missed = u, None, None
+    between, blur, missed, blows = u, None, None, None
     if not np.all(problem.cornered):
         smooth = np.where(problem.cornered, 0.0, u)
         missed = problem.hold_errors[recording.load].of(smooth)
+        blows = Blows(smooth, problem.low_pass) if problem.low_pass is not None else None
         between = np.where(problem.cornered, u, prefiltered(u))
         structure = problem.folding or problem.model
         blur = aliased(structure, smooth, problem.step_s, recording.input_noise)
@@ -52,11 +54,11 @@ def trial_of(
         between = np.hstack([between, prefiltered(forces)])
         u = np.hstack([u, forces])
     limited = None
-    if problem.rings:
+    if not np.all(problem.cornered):
         limited = np.concatenate([~problem.cornered, np.ones(problem.pseudo_forces, bool)])
     seen = blur if blur is not None and np.any(blur) else None
     known = _known(problem, recording, recording.y if y is None else y, missed)
-    return Trial(u, between, known, problem.step_s, limited, seen, missed)
+    return Trial(u, between, known, problem.step_s, limited, seen, missed, blows)
 
 
 def reread(problem: Problem, index: int, y: Array) -> Trial:

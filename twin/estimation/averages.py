@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.estimation.density import density
-from twin.estimation.instants import unknown_instants
+from twin.estimation.instants import blown, unknown_instants
 from twin.estimation.kalman import EquivalentLinear, gains
 from twin.estimation.law_averages import LawAverages
 from twin.estimation.laws import no_memory
@@ -61,7 +61,8 @@ def averages_at(
     near = near if near is not None and near.may_begin(plant.system) else None
     if plant.driven is not None:
         blur = _ringing(model, here, plant.system, trial) if model.blurred else None
-        known = LawAverages(blur=_both(blur, trial.blur))
+        kicks, seen = blown(here, index, plant)
+        known = LawAverages(blur=_both(_both(blur, trial.blur), seen), kicks=kicks)
         value, found = _holding(here, index, plant, known, near, None)
         for _ in range(ROUNDS - 1 if near is None else 0):
             last = value
@@ -179,7 +180,7 @@ def _holding(
     tried = [replace(averages, start=start, start_odds=odds, slopes=slopes) for slopes in options]
     scored = [likelihood(of, there) for of in tried]
     if near.start is not None:
-        kept = replace(near, blur=blur)
+        kept = replace(near, blur=blur, kicks=averages.kicks)
         there = simulation(near.start) if known is None else there
         scored.append(likelihood(kept, there) if known is None else (known, kept))
     return max(scored, key=lambda pair: pair[0])
@@ -204,4 +205,4 @@ def _ringing(model: Model, here: Assembly, system: System, trial: Trial) -> Arra
         size[j] = abs(float(law.force(d, v, 0.0, 0.0, *here.numbers[j, : law.count])))
     held = np.einsum("ln,nr->lr", system.rate, system.B)
     held /= np.einsum("ln,nl->l", system.rate, system.E)[:, None]
-    return np.minimum(model.blur(trial.u @ held.T, system), size**2 @ (system.F**2).T)
+    return np.minimum(model.blur(trial.rest @ held.T, system), size**2 @ (system.F**2).T)

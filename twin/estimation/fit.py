@@ -42,6 +42,14 @@ for it, and no less than -1/2 for none at all, but for levels that do the same t
 FARTHEST = 8.0
 """Prior deviations beyond which a fit that has not converged ran away: by chance, one in 10^15."""
 
+AFRESH = 4
+"""Steps after which averages that followed from those of the one before are looked for as if from
+nowhere: a state that laws were simulated from where much was wrong leads astray where it is not."""
+
+CALMER = (1.0, 2.0)
+"""By how much the logarithm of latent forces' levels is tried lower where a fit settles: to 0.37
+and 0.14 of them."""
+
 PATIENCE, WORTH = 3, 0.5
 """Steps in a row that may together gain less than so much [nat], or lose it by the averages that
 follow them: what Laplace's method itself is off by."""
@@ -135,7 +143,7 @@ def fit(
     again = not any(run.averages.start is not None for run in here.runs)
     best = here, score, z
     code: Code = "stopped"
-    for _ in range(most):
+    for number in range(most):
         moved, damping, promise = _climbed(model, at, z, here, score, moving, damping)
         settled = promise < enough
         if not settled:
@@ -143,6 +151,8 @@ def fit(
             if moved is None or found is None:
                 break
             z = moved
+            if not again and number % AFRESH == AFRESH - 1:
+                z, found = _afresh(model, at, z, found, moving)
             gained = found.log_likelihood - 0.5 * float(z @ z) - score
             here, score = found, score + gained
             gains = (*gains[1 - PATIENCE :], max(score - best[1], 0.0))
@@ -151,13 +161,13 @@ def fit(
             settled = tired or (abs(gained) < enough and damping == 0.0)
         if settled:
             code = "converged"
-            # averages that were found from those of values nearby, once as if from nowhere
-            fresh = None if again else _with_derivatives(at, best[2], None)
-            again = True
-            if fresh is None or fresh.log_likelihood <= best[0].log_likelihood + enough:
+            if again:
                 break
-            z, gains, code = best[2], (), "stopped"
-            here, score = fresh, fresh.log_likelihood - 0.5 * float(z @ z)
+            last = best[0]
+            z, here = _afresh(model, at, best[2], last, moving)
+            if here is last:
+                break
+            score, gains, code = here.log_likelihood - 0.5 * float(z @ z), (), "stopped"
             best = here, score, z
             continue
         if _evidence(best[1], _hessian(best[0], moving)) + 10 * max(gained, promise) < hopeless:
@@ -190,6 +200,38 @@ def _climbed(
             return moved, damping / 10 if damping > 1e-6 else 0.0, promise
         damping = max(10 * damping, 1e-3)
     return None, damping, promise
+
+
+def _afresh(
+    model: Model, at: Likelihood, z: Array, here: Value, moving: NDArray[np.bool_]
+) -> tuple[Array, Value]:
+    """Return the likeliest of a place, itself with averages found as if from nowhere, and calmer.
+
+    Where laws are simulated a latent force and the dashpots of deviations tell the same: with
+    either large, nothing near is likelier with the other.
+
+    Returns:
+        Values (p,), and the model there.
+    """
+    latent = moving & [u.level and u.role == "system" for u in model.unknowns]
+    scale = np.array([u.deviation for u in model.unknowns])
+    options: list[tuple[Array, Sequence[LawAverages] | None]] = [(z, None)]
+    if np.any(latent) and any(run.sampled.driven is not None for run in here.runs):
+        options += [(z - np.where(latent, lower / scale, 0.0), here.averages) for lower in CALMER]
+    best, place, least = here, z, here.log_likelihood - 0.5 * float(z @ z) + WORTH
+    for tried, near in options:
+        try:
+            with np.errstate(all="ignore"):
+                found = at(tried, False, None, near)
+        except (ValueError, np.linalg.LinAlgError):
+            continue
+        value = found.log_likelihood - 0.5 * float(tried @ tried)
+        if value > least:
+            best, place, least = found, tried, value
+    if best is here:
+        return z, here
+    told = _with_derivatives(at, place, None, best.averages)
+    return (z, here) if told is None else (place, told)
 
 
 def _hessian(here: Value, moving: NDArray[np.bool_]) -> Array:
@@ -234,11 +276,14 @@ def _climbs(at: Likelihood, z: Array, score: float, here: Value) -> bool:
     return found.log_likelihood - 0.5 * float(z @ z) > score
 
 
-def _with_derivatives(at: Likelihood, z: Array, near: Sequence[LawAverages] | None) -> Value | None:
+def _with_derivatives(
+    at: Likelihood, z: Array, near: Sequence[LawAverages] | None,
+    known: Sequence[LawAverages] | None = None,
+) -> Value | None:  # fmt: skip
     """Return the model at a place with derivatives, None where it has none."""
     try:
         with np.errstate(all="ignore"):
-            found = at(z, True, None, near)
+            found = at(z, True, known, near)
     except (ValueError, np.linalg.LinAlgError):
         return None
     return found if np.all(np.isfinite(found.information)) else None

@@ -39,6 +39,9 @@ BRACKETED = 120
 CLOSE = 1e-12
 """Error, as a share of the scale of force at the port, at which the force is solved."""
 
+WIDENED = 40
+"""Times that what brackets the force is widened, twice as far each time: 1e12 of where it began."""
+
 LEAST_SLOPE = 0.1
 """Slope of f - law(f), 1 where the law does nothing, below which a secant is not trusted."""
 
@@ -171,13 +174,18 @@ def solve_force(law, numbers, before, begun, d, v, z, ed, ev, guess, slope, t, s
 def _bracketed(law, numbers, before, d, v, z, ed, ev, t, scale, w, first):
     """Return f by bisection and false position (Illinois, 1971) in turn.
 
-    A law opposes the motion: the force lies between none, behind what it began with, and that of
-    the motion without it.
+    Where a law opposes the motion the slope of f - law(f) is 1 at least: f lies between any force
+    and what the law says of that. Elsewhere it is looked for twice as far, and again.
     """
     a = w * first
-    b = middle_force(law, numbers, before, d, v, z, ed, ev, 0.0, t, w, first)
     error_a = a - middle_force(law, numbers, before, d, v, z, ed, ev, a, t, w, first)
-    error_b = b - middle_force(law, numbers, before, d, v, z, ed, ev, b, t, w, first)
+    reach, b, error_b = error_a, a, error_a
+    for _ in range(WIDENED):
+        b = a - reach
+        error_b = b - middle_force(law, numbers, before, d, v, z, ed, ev, b, t, w, first)
+        if not error_a * error_b > 0.0:
+            break
+        reach *= 2.0
     f = b
     for k in range(BRACKETED):
         if abs(error_b - error_a) <= 1e-300 or error_a * error_b > 0.0 or k % 2:

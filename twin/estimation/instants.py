@@ -13,6 +13,8 @@ does that sticks. What is taken back returns by the acceleration's deviation.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numba
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +23,7 @@ from twin.estimation.implicit import rate_share, solve_force
 from twin.estimation.kalman import matrices_of
 from twin.estimation.law_averages import LawAverages
 from twin.estimation.laws import addresses
+from twin.estimation.low_pass import hat_response
 from twin.estimation.model import Assembly
 from twin.estimation.passing import Simulation
 from twin.estimation.sensitivities import numbers_of, simulation_matrix
@@ -33,6 +36,9 @@ RESOLVED = 0.75
 """Share of the rate at the end of a part in what a law sees of it, below which parts of a sample
 resolve how it changes with the rate, and it does not jump: x of ``twin.estimation.implicit`` is 2
 there, where what friction should hold would change the sign of its rate from part to part."""
+
+NEGLIGIBLE = 1e-3
+"""Share of a variance that changes nothing beside it."""
 
 
 def unknown_instants(
@@ -57,7 +63,7 @@ def unknown_instants(
     samples, filtering = len(beside.e), averages.filtering(plant)
     strayed = _strayed(filtering.whole, matrices_of(filtering, noise)[4], samples)
     sizes, returning = (
-        np.sqrt(np.maximum(np.einsum("ln,nk,lk->l", rows, strayed, rows), 0.0))
+        np.sqrt(_variances(rows, strayed, filtering.whole, averages.kicks, samples))
         for rows in (system.rate, system.rate @ filtering.system.A)
     )
     if not np.all(np.isfinite(sizes + returning)):
@@ -66,12 +72,82 @@ def unknown_instants(
     off = np.zeros((len(beside.forces), 2 * count))
     _neighbours(
         addresses(here.laws), numbers_of(here), push, np.ascontiguousarray(here.scales),
-        plant.step_s, beside.forces, beside.moved, sizes, returning * plant.step_s, off,
+        plant.step_s, plant.steps, beside.forces, beside.moved, sizes, returning * plant.step_s,
+        off,
     )  # fmt: skip
     none = np.empty((*off.shape, 0))
     seen, _ = filtered(off, none, plant.driven.weights[:1], plant.steps, samples)
     variance = np.mean(seen.reshape(samples, 2, count) ** 2, axis=1)
     return np.asarray(variance @ (system.F**2).T)
+
+
+def blown(here: Assembly, index: int, plant: Sampled) -> tuple[dict[int, Array], Array | None]:
+    """Return how much less certain blows leave the state, and the outputs about their onsets.
+
+    What a filter shows of a blow does not tell within a part of a sample when it begins. What held
+    until then jumps by its force at an instant with a deviation of a part over sqrt(3), as one has
+    that is anywhere within a part to either side.
+
+    Args:
+        here: for the laws.
+        index: of the recording.
+        plant: its sampled system.
+
+    Returns:
+        By sample, what is added to the state's covariance before it, (n, n); and variances of the
+        outputs, (samples, m), None without blows.
+    """
+    trial, low_pass = here.trials[index], here.low_pass
+    if trial.blows is None or low_pass is None:
+        return {}, None
+    system, steps, samples = plant.system, plant.steps, len(trial.y)
+    laws, numbers, kicks = addresses(here.laws), numbers_of(here), dict[int, Array]()
+    push = system.rate @ simulation_matrix(plant)[:, -len(here.laws) :]
+    seen, response = np.zeros((samples, len(system.F))), hat_response(low_pass, steps)
+    when = plant.step_s / np.sqrt(3)
+    for j, law in enumerate(here.laws):
+        row = numbers[j].ctypes.data
+        share = rate_share(laws[j], row, 0.0, 0.0, push[j, j], 0.0, here.scales[j, 2])
+        if law.flow is not None or share < RESOLVED:
+            continue
+        _, d, v = here.scales[j, :3]
+        impulse = when * abs(float(law.force(d, v, 0.0, 0.0, *here.numbers[j, : law.count])))
+        moved = system.E[:, j] * impulse
+        for onset in trial.blows.onsets(steps):
+            sample = int(onset) + 1
+            kicks[sample] = np.asarray(np.outer(moved, moved) + kicks.get(sample, 0.0))
+            shown = (
+                steps
+                * impulse
+                / trial.step_s
+                * response(np.asarray(np.arange(samples) - onset, float))
+            )
+            seen += np.outer(shown**2, system.F[:, j] ** 2)
+    return kicks, seen
+
+
+def _variances(
+    rows: Array, strayed: Array, A: Array, kicks: Mapping[int, Array], samples: int
+) -> Array:
+    """Return variances of deviations along rows, (samples, l): as strayed, and of kicks before.
+
+    Args:
+        rows: of the state, (l, n).
+        strayed: covariance of the state everywhere, (n, n).
+        A: what a sample does to it, (n, n).
+        kicks: by sample, what is added to it there.
+        samples: how many.
+    """
+    out = np.tile(np.einsum("ln,nk,lk->l", rows, strayed, rows), (samples, 1))
+    for first, more in kicks.items():
+        P = more
+        for k in range(max(first - 1, 0), samples):  # its sample is uncertain as a whole
+            gone = np.einsum("ln,nk,lk->l", rows, P, rows)
+            if not np.any(gone > NEGLIGIBLE * out[k]):
+                break
+            out[k] += gone
+            P = A @ P @ A.T
+    return np.maximum(out, 0.0)
 
 
 def _strayed(A: Array, Q: Array, samples: int) -> Array:
@@ -88,7 +164,7 @@ def _strayed(A: Array, Q: Array, samples: int) -> Array:
 
 @numba.njit(nogil=True, cache=True)
 def _neighbours(
-    laws, numbers, push, scales, part_s, forces, moved, sizes, returning, out
+    laws, numbers, push, scales, part_s, steps, forces, moved, sizes, returning, out
 ):  # fmt: skip
     """Fill what the forces of neighbours of a simulation have beyond its own.
 
@@ -98,10 +174,11 @@ def _neighbours(
         push: what the forces add to displacements and rates at the ports, (2 l, l).
         scales: of force, displacement and rate at each port, and how far it yields, (l, 4).
         part_s: length of a part [s].
+        steps: parts of a sample.
         forces: of the simulation, (parts, l).
         moved: displacements, then rates, at the ports in it, (parts + 1, 2 l).
-        sizes: of the rates' deviations, (l,).
-        returning: how much of what was taken back of them returns after a part, (l,).
+        sizes: of the rates' deviations, (samples, l).
+        returning: how much of what was taken back of them returns after a part, (samples, l).
         out: filled, (parts, 2 l): those with rates above, then those with rates below.
     """
     count, still = len(laws), np.zeros(1)
@@ -110,9 +187,11 @@ def _neighbours(
         if laws[j, 2] > 0 or rate_share(laws[j], at, 0.0, 0.0, ev, 0.0, scales[j, 2]) < RESOLVED:
             continue
         for a, side in enumerate((1.0, -1.0)):
-            left, slope, more = sizes[j], 1.0, 0.0
+            left, slope, more = sizes[0, j], 1.0, 0.0
             for k in range(len(forces)):
-                f, there = forces[k, j], min(left + returning[j], sizes[j])
+                sample = min(k // steps, len(sizes) - 1)
+                size = sizes[sample, j]
+                f, there = forces[k, j], min(left + returning[sample, j], size)
                 begin, end = moved[k, count + j], moved[k + 1, count + j]
                 if begin * end > 0 and min(abs(begin), abs(end)) > there:  # it keeps its sign
                     left, more = there, 0.0
@@ -124,7 +203,7 @@ def _neighbours(
                     f + more, slope, (k + 0.5) * part_s, scales[j], part_s,
                 )  # fmt: skip
                 more = force - f
-                left = min(abs(off + ev * more), sizes[j])
+                left = min(abs(off + ev * more), size)
                 # what has just returned and is held again moves nothing
                 held = min(max(back - left, 0.0) / abs(ev), abs(more))
                 out[k, a * count + j] = more - held * np.sign(more)

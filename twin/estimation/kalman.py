@@ -85,6 +85,7 @@ def gains(
             np.ascontiguousarray(A), np.ascontiguousarray(C), W, V, Q, R, noise.start, P,
             -1 if first is None else first,
             np.zeros((0, 0), bool) if missing is None else np.ascontiguousarray(missing),
+            *noise.in_order(),
         )  # fmt: skip
     except ZeroDivisionError:
         raise ValueError("the innovations' covariance is singular") from None
@@ -216,8 +217,11 @@ def _propagate(A, AT, W, Q, P, state, held, S, AP, K, KT, KS):  # type: ignore[n
 
 
 @numba.njit(nogil=True, cache=True)
-def _sequence(A, C, W, V, Q, R, start, stationary, first, missing):  # type: ignore[no-untyped-def]
-    most = len(missing) + (LONGEST_START if first < 0 else first)
+def _sequence(A, C, W, V, Q, R, start, stationary, first, missing, at, kicks):  # type: ignore[no-untyped-def]
+    last_change = len(missing)
+    if len(at) and at[-1] > last_change:
+        last_change = at[-1]
+    most = last_change + (LONGEST_START if first < 0 else first)
     n, m, w = A.shape[0], C.shape[0], W.shape[1]
     state = np.zeros((most + 1, n, m))
     held = np.zeros((most + 1, w, m))
@@ -228,9 +232,12 @@ def _sequence(A, C, W, V, Q, R, start, stationary, first, missing):  # type: ign
     last_state, last_held, last = _update(C, V, R, stationary)
     size = np.abs(last).max()
     P = start.copy()
-    used, settled = 0, False
+    used, settled, kicked = 0, False, 0
     for k in range(most):
         gap = False
+        if kicked < len(at) and at[kicked] == k:
+            P[:] = (stationary if settled else P) + kicks[kicked]
+            settled, kicked = False, kicked + 1
         if k < len(missing):
             for o in range(m):
                 gap = gap or missing[k, o]
@@ -247,7 +254,7 @@ def _sequence(A, C, W, V, Q, R, start, stationary, first, missing):  # type: ign
         elif not settled:
             _correct(C, CT, V, VT, R, P, PC, state[k], held[k], innovation[k], inverse)
             settled = first < 0 and np.abs(innovation[k] - last).max() <= SAME * size
-            if settled and k >= len(missing):
+            if settled and k >= last_change:
                 break
         if settled:
             state[k], held[k], innovation[k] = last_state, last_held, last

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,7 @@ class LawAverages:
             are simulated, of deviations from the simulation.
         start: state that laws are simulated from, or follow the motion from, (n,); any without.
         start_odds: what such a start adds to the log likelihood of what follows [nat].
+        kicks: by sample, how much less certain blows leave the state before it, (n, n).
     """
 
     equivalent: EquivalentLinear | None = None
@@ -31,6 +33,7 @@ class LawAverages:
     slopes: Array | None = None
     start: Array | None = None
     start_odds: float = 0.0
+    kicks: Mapping[int, Array] = field(default_factory=dict)
 
     def tangent(self, system: System) -> Array:
         """Return what the laws do on the average, as forces of a system's state, (l, n)."""
@@ -45,7 +48,9 @@ class LawAverages:
 
     def beginning(self, noise: Noise) -> Noise:
         """Return noise levels of a filter that begins with the start, where one was estimated."""
-        return noise if self.start is None else replace(noise, start=0 * noise.start)
+        if self.start is None:
+            return noise
+        return replace(noise, start=0 * noise.start, kicks=self.kicks)
 
     def filtering(self, plant: Sampled) -> Sampled:
         """Return the system of a Kalman filter: of deviations, where laws are simulated."""

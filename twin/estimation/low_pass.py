@@ -14,7 +14,7 @@ from scipy.signal import butter, freqs, upfirdn
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-REACH = 15
+REACH = 16
 """Samples to either side that the filter reaches: by Kaiser's formula, (A - 7.95) / (14.36 width)
 for A = 104 dB and a transition from 1/2.56 of the rate, where analysers end their band, to where
 they alias into it, 1 - 1/2.56."""
@@ -182,6 +182,16 @@ def twice(low_pass: LowPass, parts: int) -> Array:
 def in_moments(of: Callable[[LowPass, int], Array], low_pass: LowPass, parts: int) -> Array:
     """Return weights of parts, (w, taps), as those of the moments of what is within samples."""
     return moments(of(low_pass, parts).T, parts).T
+
+
+def hat_response(low_pass: LowPass, parts: int) -> Callable[[Array], Array]:
+    """Return the filter's response, at times [samples] after, to a hat of height 1.
+
+    It rises from nothing and falls to nothing again over a part of a sample each.
+    """
+    f = (np.arange(LINES) + 0.5) / LINES
+    response = low_pass.response(f) * np.sinc(f / parts) ** 2 * 2 / LINES / parts
+    return lambda after: np.real(np.exp(2j * np.pi * np.multiply.outer(after, f)) @ response)
 
 
 def _kernel(low_pass: LowPass, parts: int) -> tuple[Array, Callable[[Array], Array]]:

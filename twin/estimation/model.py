@@ -9,6 +9,7 @@ from typing import Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.estimation.blows import Blows
 from twin.estimation.laws import Law
 from twin.estimation.low_pass import LowPass, interpolated
 from twin.estimation.ringing import Ringing
@@ -28,6 +29,7 @@ class Trial:
         step_s: sampling interval [s].
         smooth: inputs that are band-limited between samples, (r,); none without.
         blur: variances of the outputs beside their noise's, (samples, m), if there are any.
+        blows: that are in the smooth inputs, if there are any; laws are simulated with them.
         missed: what smooth inputs do to the outputs beyond their lines, (samples, m), if they do;
             it is not in ``y``.
     """
@@ -39,6 +41,19 @@ class Trial:
     smooth: NDArray[np.bool_] | None = None
     blur: Array | None = None
     missed: Array | None = None
+    blows: Blows | None = None
+
+    @cached_property
+    def rest(self) -> Array:
+        """The inputs without what the analyser shows of blows, (samples, r)."""
+        if self.blows is None or not self.blows.each:
+            return self.u
+        return self._beside(self.blows.shown())
+
+    def _beside(self, shown: Array) -> Array:
+        out = self.u.copy()
+        out[:, : shown.shape[1]] -= shown
+        return out
 
     def finely(self, held: NDArray[np.bool_], steps: int) -> Array:
         """Return the inputs where each part of a sample begins, (samples steps, r).
@@ -54,7 +69,12 @@ class Trial:
             fine = np.column_stack(lines)
             fine[:, held] = np.repeat(self.between[:, held], steps, axis=0)
             if self.smooth is not None:
-                fine[:, self.smooth] = interpolated(self.u[:, self.smooth], steps)
+                pushes, rest = np.zeros_like(fine), self.u
+                if self.blows is not None and self.blows.each:
+                    found, shown = self.blows.finely(steps)
+                    pushes = np.pad(found, ((0, 0), (0, fine.shape[1] - found.shape[1])))
+                    rest = self._beside(shown)
+                fine[:, self.smooth] = (interpolated(rest, steps) + pushes)[:, self.smooth]
             self._fine[key] = fine
         return self._fine[key]
 

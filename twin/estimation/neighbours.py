@@ -50,21 +50,27 @@ def neighbouring_gains(
     state, held = np.zeros((count + 1, n, m, k)), np.zeros((count + 1, w, m, k))
     innovation = np.zeros((count + 1, m, m, k))
     gaps = np.zeros((0, m), bool) if missing is None else np.ascontiguousarray(missing)
-    _sequences(A, C, W, V, Q, R, start, P, gaps, state, held, innovation)
+    at, kicks = systems[0][1].in_order()
+    _sequences(A, C, W, V, Q, R, start, P, gaps, at, kicks, state, held, innovation)
     return np.concatenate([state, held * levels[:, None]], axis=1), innovation
 
 
 @numba.njit(nogil=True, cache=True)
-def _sequences(A, C, W, V, Q, R, start, stationary, missing, state, held, innovation):
+def _sequences(
+    A, C, W, V, Q, R, start, stationary, missing, at, kicks, state, held, innovation
+):  # fmt: skip
     n, m, k = len(A), len(C), A.shape[2]
     every_C, every_V, every_R = C, V, R
     P, PC, AP = start.copy(), np.zeros((n, m, k)), np.zeros((n, n, k))
     K, KS, work = np.zeros((n, m, k)), np.zeros((n, m, k)), np.zeros((m, m, k))
     inverse = np.zeros((m, m, k))
     rows = np.zeros((m, n, k))
-    last = len(state) - 1
+    last, kicked = len(state) - 1, 0
     for t in range(last + 1):
         S = innovation[t]
+        if kicked < len(at) and at[kicked] == t:
+            P += kicks[kicked].reshape(n, n, 1)
+            kicked += 1
         if t == last:
             P[:] = stationary
         if t <= len(missing):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,6 +26,10 @@ STEP, LEVEL_STEP = 1e-4, 3e-4
 levels make of gains: between rounding, of gains whose recursion begins 1e10 times as wide as the
 noise (1e-6 over the step), and curvature (1e-4 where a resonance moves by a per cent; a level's is
 its step, and scales both sides of the balance that it is found by)."""
+
+LATEST = 1024
+"""Samples within which a blow's kick counts in the derivatives of gains: they need every sample's
+to the last one."""
 
 ORDER = ("system", "law", "noise", "samples")
 """Roles in the order of the stepping loop's columns: what each changes is a part of what the first
@@ -170,9 +174,10 @@ def _of_trial(
 ) -> Slopes:
     plant, equivalent = plants[here.which[trial]], averages.equivalent
     own, filtering = predicting(plant), averages.filtering(plant)
-    # gains after a gap in between are taken to follow as those without it
+    # gains after a gap or a late blow are taken to follow as those without it
     missing = here.trials[trial].begins_without
-    own_noise = averages.beginning(here.noises[trial])
+    early = replace(averages, kicks={k: P for k, P in averages.kicks.items() if k < LATEST})
+    own_noise = early.beginning(here.noises[trial])
     base = gains(filtering, own_noise, equivalent=equivalent, missing=missing)
     step, read, gain = own.lifted, read_matrix(own), gain_matrices(base)
     simulation, deviation = simulation_matrix(plant), deviation_matrix(filtering)
@@ -218,7 +223,7 @@ def _of_trial(
         elif at < systems or at >= laws:
             changed.append(at)
             steps.append(_step_of(unknowns[columns[place]]))
-            near.append((near_filter, averages.beginning(assembly.noises[trial])))
+            near.append((near_filter, early.beginning(assembly.noises[trial])))
     if near:
         # the last one is the model itself, so that rounding is alike in both
         near.append((filtering, own_noise))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -58,11 +59,19 @@ class Noise:
         held: standard deviation of the disturbances that are held over a sample, (w,).
         output: standard deviation of the white noise of each output, (m,).
         start: covariance of the state before the first sample, (n, n).
+        kicks: samples before which the state is less certain, and by what covariance, (n, n).
     """
 
     held: Array
     output: Array
     start: Array
+    kicks: Mapping[int, Array] = field(default_factory=dict)
+
+    def in_order(self) -> tuple[NDArray[np.int64], Array]:
+        """Return the samples of kicks in their order, (kicks,), and the kicks, (kicks, n, n)."""
+        at = sorted(self.kicks)
+        shape = len(at), *self.start.shape
+        return np.array(at, np.int64), np.array([self.kicks[k] for k in at]).reshape(shape)
 
 
 @dataclass(frozen=True)
