@@ -141,6 +141,8 @@ def fit(
     damping = 0.0
     gains: tuple[float, ...] = ()
     again = not any(run.averages.start is not None for run in here.runs)
+    # a short fit is over before what it began with leads far astray
+    stray = not again and most >= MOST_STEPS and _simulated(here)
     best = here, score, z
     code: Code = "stopped"
     for number in range(most):
@@ -151,7 +153,7 @@ def fit(
             if moved is None or found is None:
                 break
             z = moved
-            if not again and number % AFRESH == AFRESH - 1:
+            if stray and number % AFRESH == AFRESH - 1:
                 z, found = _afresh(model, at, z, found, moving)
             gained = found.log_likelihood - 0.5 * float(z @ z) - score
             here, score = found, score + gained
@@ -216,7 +218,7 @@ def _afresh(
     latent = moving & [u.level and u.role == "system" for u in model.unknowns]
     scale = np.array([u.deviation for u in model.unknowns])
     options: list[tuple[Array, Sequence[LawAverages] | None]] = [(z, None)]
-    if np.any(latent) and any(run.sampled.driven is not None for run in here.runs):
+    if np.any(latent) and _simulated(here):
         options += [(z - np.where(latent, lower / scale, 0.0), here.averages) for lower in CALMER]
     best, place, least = here, z, here.log_likelihood - 0.5 * float(z @ z) + WORTH
     for tried, near in options:
@@ -232,6 +234,11 @@ def _afresh(
         return z, here
     told = _with_derivatives(at, place, None, best.averages)
     return (z, here) if told is None else (place, told)
+
+
+def _simulated(here: Value) -> bool:
+    """Return whether laws are simulated."""
+    return any(run.sampled.driven is not None for run in here.runs)
 
 
 def _hessian(here: Value, moving: NDArray[np.bool_]) -> Array:

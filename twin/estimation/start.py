@@ -85,8 +85,9 @@ def _beginnings(plant: Sampled, root: Array) -> list[Array]:
         plant: the sampled system.
         root: of the prior's covariance, (n, n).
     """
-    own = plant if plant.driven is None else plant.driven.simulated
-    moved = np.sum((own.system.rate @ root) ** 2, axis=0)
+    if plant.driven is None:  # laws that follow the motion are led by it
+        return [np.zeros(len(root))]
+    moved = np.sum((plant.driven.simulated.system.rate @ root) ** 2, axis=0)
     most = np.argsort(-moved, kind="stable")[: min(DIRECTIONS, np.count_nonzero(moved))]
     return [np.zeros(len(root)), *(side * root[:, i] for i in most for side in (1.0, -1.0))]
 
