@@ -4,15 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from estimation_support import FRICTION, SLIP
+from estimation_support import FRICTION, RATE_HZ, SLIP, two_masses
 from scipy.linalg import solve_discrete_lyapunov
-from test_simulated import model, recorded, truth
+from scipy.signal import firwin, resample_poly
+from test_simulated import PORTS, model, recorded, truth
 
-from twin.estimation.instants import _neighbours, _strayed
+from twin.estimation.blows import Blows
+from twin.estimation.instants import _neighbours, _strayed, _variances
 from twin.estimation.laws import addresses
 from twin.estimation.likelihood import evaluate, gaussian
 from twin.estimation.low_pass import LowPass
 from twin.estimation.model import Trial
+from twin.estimation.system import transition
 
 FORCE, PART_S = 0.6, 1e-3
 NUMBERS = np.array([[FORCE, 1e-9]])
@@ -99,3 +102,56 @@ def test_readings_near_a_jump_are_not_as_certain_as_others():
     assert here.value > apart.value + 500
     tails = [np.mean(part.white[:, 1] ** 4) for part in (here, apart)]
     assert tails[0] < 0.25 * tails[1]
+
+
+def test_after_a_blow_deviations_are_larger_until_they_have_decayed():
+    A, Q = np.array([[0.9, 0.2], [-0.1, 0.8]]), np.array([[0.5, 0.1], [0.1, 0.3]])
+    rows, moved = np.array([[1.0, 0.0], [0.3, -1.0]]), np.array([4.0, -2.0])
+    kick = {7: np.outer(moved, moved)}
+    found = _variances(rows, Q, A, kick, 60)
+    still = np.einsum("ln,nk,lk->l", rows, Q, rows)
+    np.testing.assert_allclose(found[:6], np.tile(still, (6, 1)), rtol=1e-12)
+    for k in (6, 9, 15):  # the sample in which it happens is uncertain as a whole
+        there = np.linalg.matrix_power(A, k - 6) @ moved
+        np.testing.assert_allclose(found[k], still + (rows @ there) ** 2, rtol=1e-12)
+    np.testing.assert_allclose(found[-1], still, rtol=2e-3)
+
+
+def struck(peak=60.0, noise=0.02):
+    """Two masses with dry friction between them, struck; force and response through one filter."""
+    fine, samples = 64, 600
+    system, h = two_masses(ports=PORTS, process=False), 1 / (RATE_HZ * fine)
+    time = np.arange(samples * fine) / fine
+    phase = (time - 40.37) / 1.1
+    u = np.where((phase > 0) & (phase < 1), peak * np.sin(np.pi * phase), 0.0)
+    x, y = np.zeros(4), np.zeros((len(u), 2))
+    step, push, _ = transition(system.A, np.column_stack([system.B, system.E]), h, 0)
+    held = system.rate[0] @ push[:, 1]
+    for k in range(len(u)):
+        free = step @ x + push[:, 0] * u[k]
+        f = np.clip(-(system.rate[0] @ free) / held, -FORCE, FORCE)
+        y[k] = system.C @ x + system.D[:, 0] * u[k] + system.F[:, 0] * f
+        x = free + push[:, 1] * f
+    window = firwin(32 * fine + 1, 1 / fine, window=("kaiser", 10.5))
+    seen = resample_poly(np.column_stack([u, y]), 1, fine, axis=0, window=window)
+    rng = np.random.default_rng(5)
+    seen[:, 1:] += noise * rng.standard_normal((samples, 2))
+    lines = np.fft.irfft(np.fft.rfft(seen[:, 0]) / np.sinc(np.fft.rfftfreq(samples)) ** 2)
+    y = seen[:, 1:].copy()
+    y[-20:] = np.nan
+    return Trial(seen[:, :1], lines[:, None], y, 1 / RATE_HZ, np.array([True]))
+
+
+def test_friction_holds_until_a_blow_and_not_until_its_ringing():
+    plain = struck()
+    told = replace(plain, blows=Blows(plain.u, LowPass(1.0)))
+    found = []
+    for trial in (plain, told):
+        of = replace(model(LowPass(1.0)), trials=(trial,))
+        z = truth(of)
+        z[[u.name for u in of.unknowns].index("output noise 0")] = np.log(0.02 / 0.05) / 0.5
+        here = evaluate(of, z, derivatives=False)
+        found.append((here.log_likelihood, gaussian(here.runs[0], trial).white[:-20]))
+    (rung, _), (blown, white) = found
+    assert blown > rung + 500
+    assert np.max(np.abs(white)) < 6.0
