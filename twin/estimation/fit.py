@@ -165,7 +165,7 @@ def fit(
             code = "converged"
             if again:
                 break
-            last = best[0]
+            last, again = best[0], not stray
             z, here = _afresh(model, at, best[2], last, moving)
             if here is last:
                 break
