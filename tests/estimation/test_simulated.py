@@ -104,8 +104,8 @@ def test_a_simulation_begins_with_the_motion_that_a_recording_begins_with():
     assert np.all(np.sqrt(np.mean(e**2, axis=0)) < 1.5 * left(LowPass(1.0)))
 
 
-@pytest.mark.parametrize(("level", "first"), [(0.8, 230), (3.0, 280)])
-def test_friction_begins_where_few_samples_and_then_more_lead(level, first):
+def in_motion(level, first):
+    """Friction that is recorded from a sample on, the first readings missing."""
     whole = recorded(level)
     u, between, y = (part[first:] for part in (whole.u, whole.between, whole.y))
     y = np.where(np.arange(len(y))[:, None] < 27, np.nan, y)
@@ -113,12 +113,20 @@ def test_friction_begins_where_few_samples_and_then_more_lead(level, first):
     of = TwoMasses((trial,), (FRICTION,), PORTS, steps=4, low_pass=LowPass(1.0))
     here = of.assemble(truth(of))
     (plant,), noise = plants_of(here, of), here.noises[0]
+    return here, trial, plant, noise
+
+
+@pytest.mark.parametrize(("level", "first"), [(0.8, 230), (3.0, 280)])
+def test_friction_begins_where_few_samples_and_then_more_lead(level, first):
+    here, trial, plant, noise = in_motion(level, first)
     # over all samples at once friction holds and lets go at other instants than it did
     from_rest, _ = estimated_start(here, trial, plant, noise, LawAverages(), near=np.zeros(4))
     from_few, _ = estimated_start(here, trial, plant, noise, LawAverages())
     gain, none = gains(plant, replace(noise, start=0 * noise.start)), LawAverages()
     there, better = (
-        density(run(here, trial, plant, gain, x0=x, averages=none).e, y, gain.innovation, None)
+        density(
+            run(here, trial, plant, gain, x0=x, averages=none).e, trial.y, gain.innovation, None
+        )
         for x in (from_rest, from_few)
     )
     assert better.value > there.value + 1000
@@ -126,20 +134,14 @@ def test_friction_begins_where_few_samples_and_then_more_lead(level, first):
 
 @pytest.mark.parametrize(("level", "first"), [(0.8, 190), (0.8, 215), (1.5, 280), (3.0, 230)])
 def test_friction_begins_where_some_side_of_the_prior_leads(level, first):
-    whole = recorded(level)
-    u, between, y = (part[first:] for part in (whole.u, whole.between, whole.y))
-    y = np.where(np.arange(len(y))[:, None] < 27, np.nan, y)
-    trial = Trial(u, between, y, whole.step_s)
-    of = TwoMasses((trial,), (FRICTION,), PORTS, steps=4, low_pass=LowPass(1.0))
-    here = of.assemble(truth(of))
-    (plant,), noise = plants_of(here, of), here.noises[0]
+    here, trial, plant, noise = in_motion(level, first)
     found, _ = estimated_start(here, trial, plant, noise, LawAverages())
     gain, root = gains(plant, replace(noise, start=0 * noise.start)), root_of(noise.start)
     rng = np.random.default_rng(4)
 
     def cost(state):
         e = run(here, trial, plant, gain, x0=state, averages=LawAverages()).e
-        return -density(e, y, gain.innovation, None).value
+        return -density(e, trial.y, gain.innovation, None).value
 
     elsewhere = [
         estimated_start(here, trial, plant, noise, LawAverages(), near=root @ drawn)[0]

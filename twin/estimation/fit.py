@@ -47,8 +47,8 @@ AFRESH = 4
 nowhere: a state that laws were simulated from where much was wrong leads astray where it is not."""
 
 CALMER = (1.0, 2.0)
-"""By how much the logarithm of latent forces' levels is tried lower where a fit settles: to 0.37
-and 0.14 of them."""
+"""By how much the logarithm of latent forces' levels is tried lower beside averages found
+afresh: to 0.37 and 0.14 of them."""
 
 PATIENCE, WORTH = 3, 0.5
 """Steps in a row that may together gain less than so much [nat], or lose it by the averages that

@@ -116,12 +116,8 @@ def blown(here: Assembly, index: int, plant: Sampled) -> tuple[dict[int, Array],
         for onset in trial.blows.onsets(steps):
             sample = int(onset) + 1
             kicks[sample] = np.asarray(np.outer(moved, moved) + kicks.get(sample, 0.0))
-            shown = (
-                steps
-                * impulse
-                / trial.step_s
-                * response(np.asarray(np.arange(samples) - onset, float))
-            )
+            later = np.asarray(np.arange(samples) - onset, float)
+            shown = steps * impulse / trial.step_s * response(later)
             seen += np.outer(shown**2, system.F[:, j] ** 2)
     return kicks, seen
 
