@@ -14,8 +14,8 @@ measured force stays beside it, so that through the filter the two together are 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cache, cached_property
+from dataclasses import dataclass, replace
+from functools import cache, cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,6 +47,9 @@ AS_WELL = 1.5
 WITHIN = 8
 """Points of a part of a sample between which a half sine is summed."""
 
+LATELY = 64
+"""Inputs whose blows are remembered: a fit comes back to the same ones in every pass."""
+
 FARTHEST = 4 * REACH
 """Samples after which a filter shows nothing of a hat any more: Butterworth's, too."""
 
@@ -75,17 +78,15 @@ class Blows:
         u: the inputs, (samples, r).
         low_pass: the filter that they passed.
         part: first of the samples whose blows these are, and the one after the last.
-        whole: those of the whole recording; none where these are.
     """
 
     u: Array
     low_pass: LowPass
     part: tuple[int, int | None] = (0, None)
-    whole: Blows | None = None
 
     def of_part(self, first: int, last: int) -> Blows:
         """Return those of a part of the samples, as the whole recording shows them."""
-        return Blows(self.u, self.low_pass, (first, last), self)
+        return replace(self, part=(first, last))
 
     def shown(self) -> Array:
         """Return what the filter shows of them at the samples, (samples, r)."""
@@ -110,64 +111,74 @@ class Blows:
     @cached_property
     def each(self) -> tuple[Blow, ...]:
         """The blows of the whole recording."""
-        return blows_in(self.u, self.low_pass) if self.whole is None else self.whole.each
+        return tuple(
+            replace(blow, column=column)
+            for column, force in enumerate(self.u.T)
+            for blow in _blows_of(force.tobytes(), self.low_pass)
+        )
 
     def _found(self, steps: int) -> tuple[Array, Array]:
         """Return forces at the parts, (samples, steps, r), and what is shown, (samples, r)."""
-        if self.whole is not None:
-            return self.whole._found(steps)
-        if steps not in self._known:
-            samples, r = self.u.shape
-            force, shown = np.zeros((samples, steps, r)), np.zeros((samples, r))
-            for blow in self.each:
-                where = slice(blow.first, blow.last), blow.column
-                u = self.u[where]
-                side = np.sign(u[np.argmax(np.abs(u))])
-                pushes, seen = _pushes(side * u, blow.near, self.low_pass, steps)
-                force[blow.first : blow.last, :, blow.column] += side * pushes
-                shown[where] += side * seen
-            self._known[steps] = force, shown
-        return self._known[steps]
-
-    @cached_property
-    def _known(self) -> dict[int, tuple[Array, Array]]:
-        return {}
+        each = [_forces_of(force.tobytes(), self.low_pass, steps) for force in self.u.T]
+        pushes, shown = zip(*each, strict=True)
+        return np.stack(pushes, axis=2), np.stack(shown, axis=1)
 
 
-def blows_in(u: Array, low_pass: LowPass) -> tuple[Blow, ...]:
-    """Return the blows in inputs.
-
-    Args:
-        u: as measured, (samples, r).
-        low_pass: the analyser's filter.
-    """
+@lru_cache(LATELY)
+def _blows_of(known: bytes, low_pass: LowPass) -> tuple[Blow, ...]:
+    """Return the blows in an input, as measured: its samples as they lie in memory."""
+    force = np.frombuffer(known)
+    side = np.sign(force[np.argmax(np.abs(force))])
+    contact = np.flatnonzero(side * force > PUSHES * np.max(np.abs(force)))
+    groups = np.split(contact, np.flatnonzero(np.diff(contact) > 2 * REACH) + 1)
     each = []
-    for column, force in enumerate(u.T):
-        side = np.sign(force[np.argmax(np.abs(force))])
-        contact = np.flatnonzero(side * force > PUSHES * np.max(np.abs(force)))
-        groups = np.split(contact, np.flatnonzero(np.diff(contact) > 2 * REACH) + 1)
-        for group in groups if len(contact) else ():
-            if len(group) > LONGEST:
-                continue
-            first, last = max(group[0] - REACH, 0), min(group[-1] + REACH + 1, len(u))
-            near = np.zeros(last - first, bool)
-            for beside in (-1, 0, 1):
-                near[np.clip(group - first + beside, 0, len(near) - 1)] = True
-            piece = side * force[first:last]
-            left = (piece - _pushes(piece, near, low_pass, PARTS)[1])[~near]
-            if np.sum(left**2) < TOLD * np.sum(piece[~near] ** 2):
-                each.append(Blow(column, first, last, near))
+    for group in groups if len(contact) else ():
+        if len(group) > LONGEST:
+            continue
+        first, last = max(group[0] - REACH, 0), min(group[-1] + REACH + 1, len(force))
+        near = np.zeros(last - first, bool)
+        for beside in (-1, 0, 1):
+            near[np.clip(group - first + beside, 0, len(near) - 1)] = True
+        piece = side * force[first:last]
+        response = _responses(len(piece), _at(near, PARTS), low_pass, PARTS)
+        left = (piece - response @ nnls(response, piece)[0])[~near]
+        if np.sum(left**2) < TOLD * np.sum(piece[~near] ** 2):
+            each.append(Blow(0, first, last, near))
     return tuple(each)
+
+
+@lru_cache(LATELY)
+def _forces_of(known: bytes, low_pass: LowPass, steps: int) -> tuple[Array, Array]:
+    """Return an input's blows at the parts of samples, (samples, steps), and what is shown."""
+    u = np.frombuffer(known)
+    force, shown = np.zeros((len(u), steps)), np.zeros(len(u))
+    for blow in _blows_of(known, low_pass):
+        where = slice(blow.first, blow.last)
+        side = np.sign(u[where][np.argmax(np.abs(u[where]))])
+        pushes, seen = _pushes(side * u[where], blow.near, low_pass, steps)
+        force[where] += side * pushes
+        shown[where] += side * seen
+    return force, shown
+
+
+def _at(near: NDArray[np.bool_], steps: int) -> NDArray[np.intp]:
+    """Return the parts of samples that a contact may be in."""
+    return np.flatnonzero(np.repeat(near, steps))
+
+
+def _responses(samples: int, at: NDArray[np.intp], low_pass: LowPass, steps: int) -> Array:
+    """Return what a filter shows of hats at parts of samples, (samples, parts)."""
+    lag = np.arange(samples)[:, None] * steps - at
+    farthest = FARTHEST * steps
+    return _table(low_pass, steps)[np.clip(lag, -farthest, farthest) + farthest]
 
 
 def _pushes(
     force: Array, near: NDArray[np.bool_], low_pass: LowPass, steps: int
 ) -> tuple[Array, Array]:
     """Return a blow's force, (samples, steps), and what is shown of it, (samples,)."""
-    at = np.flatnonzero(np.repeat(near, steps))
-    lag = np.arange(len(force))[:, None] * steps - at
-    farthest = FARTHEST * steps
-    response = _table(low_pass, steps)[np.clip(lag, -farthest, farthest) + farthest]
+    at = _at(near, steps)
+    response = _responses(len(force), at, low_pass, steps)
     found, least = nnls(response, force)
     half_sine = _half_sine(force, at / steps, found, response)
     if half_sine is not None and np.linalg.norm(force - response @ half_sine) < AS_WELL * least:

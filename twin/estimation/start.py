@@ -12,6 +12,7 @@ known to begin with.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -26,6 +27,9 @@ from twin.estimation.passing import run
 from twin.estimation.system import Noise, Sampled
 
 Array = NDArray[np.float64]
+Passed = Callable[[Array, bool], tuple[float, Array, Array]]
+"""passed(s, sloped): half the sum of squares after a state s in deviations of the prior, (n,), and,
+where it is sloped, its gradient (n,) and curvature (n, n)."""
 
 BEGINNING, FEWEST = 1024, 64
 """Samples that tell of the state before the first one: ten time constants of a mode with 1 % of
@@ -41,8 +45,8 @@ STEPS, ENOUGH = 30, 0.01
 """Passes to find that state at most, and the gain in log posterior [nat] below which one is not
 worth another."""
 
-FIRST_DAMPING = 1e-6
-"""Of the steps, to begin with; ten times as much where one does not climb."""
+FIRST_DAMPING = 0.01
+"""Of the steps, once one does not climb; ten times as much for each that does not, either."""
 
 
 def estimated_start(
@@ -63,19 +67,22 @@ def estimated_start(
         steps: passes at most.
         near: a state that it is near to, (n,); found from few samples on without.
     """
-    whole = partial(_climbed, here, trial, plant, noise, averages, steps, samples=BEGINNING)
+    root = root_of(noise.start)
+    beside = partial(_beside, here, trial, plant, noise, averages, root)
     if near is not None:
-        return whole(near)[:2]
+        return _climbed(beside(BEGINNING), root, steps, near)[:2]
     # blows, and the mean of the prior, may lead to another maximum than few samples do
     measured = np.flatnonzero(~np.isnan(trial.y).all(axis=1))
     begin, few, state = int(measured[0]) if len(measured) else 0, FEWEST, near
-    beginnings = _beginnings(plant, root_of(noise.start))
+    beginnings = _beginnings(plant, root)
     while begin + few < min(BEGINNING, len(trial.y)):
-        found = [_climbed(here, trial, plant, noise, averages, steps, begun, begin + few)
-                 for begun in beginnings]  # fmt: skip
+        passed = beside(begin + few)
+        found = [_climbed(passed, root, steps, begun) for begun in beginnings]
         state = min(found, key=lambda climbed: climbed[2])[0]
         beginnings, few = [state], 2 * few
-    return min((whole(begun) for begun in (state, None)), key=lambda found: found[2])[:2]
+    passed = beside(BEGINNING)
+    both = [_climbed(passed, root, steps, begun) for begun in (state, None)]
+    return min(both, key=lambda found: found[2])[:2]
 
 
 def _beginnings(plant: Sampled, root: Array) -> list[Array]:
@@ -92,30 +99,23 @@ def _beginnings(plant: Sampled, root: Array) -> list[Array]:
     return [np.zeros(len(root)), *(side * root[:, i] for i in most for side in (1.0, -1.0))]
 
 
-def _climbed(
-    here: Assembly, trial: Trial, plant: Sampled, noise: Noise, averages: LawAverages, steps: int,
-    near: Array | None, samples: int,
-) -> tuple[Array, float, float]:  # fmt: skip
-    """Return where damped steps climb to from a state nearby, beside the first samples.
-
-    Returns:
-        The state (n,), its odds, and minus its log posterior up to a constant.
-    """
+def _beside(
+    here: Assembly, trial: Trial, plant: Sampled, noise: Noise, averages: LawAverages, root: Array,
+    samples: int,
+) -> Passed:  # fmt: skip
+    """Return what tells how likely the first samples are after a state, in deviations (n,)."""
     first = replace(trial, u=trial.u[:samples], between=trial.between[:samples],
                     y=trial.y[:samples],
                     blows=trial.blows and trial.blows.of_part(0, samples))  # fmt: skip
-    root = root_of(noise.start)
     blur = averages.blur
     averages = replace(averages, blur=None if blur is None else blur[:samples])
     kicks = {k: more for k, more in averages.kicks.items() if k < samples}
     known = replace(noise, start=0 * noise.start, kicks=kicks)
     gain = gains(averages.filtering(plant), known, equivalent=averages.equivalent,
                  missing=first.missing)  # fmt: skip
-
     n = root.shape[1]
 
-    def passed(s: Array, sloped: bool = True) -> tuple[float, Array, Array]:
-        """Return half the sum of squares, its gradient (n,) and its curvature (n, n)."""
+    def passed(s: Array, sloped: bool) -> tuple[float, Array, Array]:
         nowhere = np.inf, np.zeros(n), np.eye(n)  # laws that run away from there
         with np.errstate(all="ignore"):
             result = run(here, first, plant, gain, x0=root @ s,
@@ -133,21 +133,34 @@ def _climbed(
             return nowhere
         return cost, gradient, curvature
 
-    s: Array = np.zeros(n)
-    damping = FIRST_DAMPING
+    return passed
+
+
+def _climbed(
+    passed: Passed, root: Array, steps: int, near: Array | None
+) -> tuple[Array, float, float]:
+    """Return where damped steps climb to from a state nearby.
+
+    Returns:
+        The state (n,), its odds, and minus its log posterior up to a constant.
+    """
+    s: Array = np.zeros(root.shape[1])
+    damping = 0.0
     if near is not None and np.all(np.isfinite(near)):
         s = np.asarray(np.linalg.lstsq(root, near, rcond=None)[0], float)
-    cost, gradient, H = passed(s)
+    cost, gradient, H = passed(s, True)
     for number in range(steps):
         step = -np.linalg.solve(H + damping * np.diag(np.diag(H)), gradient)
-        other, _, _ = passed(s + step, sloped=False)
+        if -step @ (gradient + 0.5 * H @ step) < ENOUGH:  # what it promises
+            break
+        other, _, _ = passed(s + step, False)
         if not other < cost:
-            damping *= 10
+            damping = max(10 * damping, FIRST_DAMPING)
             continue
         gained, s, damping, cost = cost - other, s + step, damping / 10, other
         if gained < ENOUGH or number == steps - 1:
             break
-        cost, gradient, H = passed(s)
+        cost, gradient, H = passed(s, True)
     return np.asarray(root @ s), -0.5 * float(s @ s + np.linalg.slogdet(H)[1]), cost
 
 
