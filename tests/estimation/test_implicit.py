@@ -16,7 +16,7 @@ def stopped(begun, pushed):
     """The force over a part that begins with a rate, and is pushed to change it; and its end."""
     law, numbers = addresses((FRICTION,))[0], np.array([FORCE, WIDTH])
     ed, v = 0.5 * PART_S * PUSH, begun + pushed
-    f, _ = solve_force(
+    f, *_ = solve_force(
         law, numbers.ctypes.data, 0.0, begun, 0.5 * PART_S * (begun + v), v, np.zeros(1), ed, PUSH,
         0.0, 1.0, 0.0, np.array([1.0, 0.01, 0.2, 0.0]), PART_S,
     )  # fmt: skip

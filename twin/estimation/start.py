@@ -45,7 +45,7 @@ STEPS, ENOUGH = 30, 0.01
 """Passes to find that state at most, and the gain in log posterior [nat] below which one is not
 worth another."""
 
-FIRST_DAMPING = 0.01
+FIRST_DAMPING = 1e-4
 """Of the steps, once one does not climb; ten times as much for each that does not, either."""
 
 
