@@ -9,7 +9,7 @@ import numpy as np
 from twin.estimation.laws import Law
 from twin.estimation.low_pass import LowPass
 from twin.estimation.model import Assembly, Trial, Unknown
-from twin.estimation.system import Noise, System
+from twin.estimation.system import Noise, System, transition
 
 RATE_HZ = 64.0
 
@@ -163,3 +163,20 @@ def shaken(samples: int, seed: int, laws=(), ports=(), noise=(0.05, 0.02), missi
     y[rng.random(y.shape) < missing] = np.nan
     u = force + noise[1] * rng.normal(size=force.shape)
     return Trial(u, u, y, 1 / RATE_HZ)
+
+
+def rubbing(u, fine: int, force: float):
+    """Two masses with dry friction between them at fine steps: readings (steps, 2) after u."""
+    system = two_masses(ports=((-1.0, 1.0),), process=False)
+    x, y = np.zeros(4), np.zeros((len(u), 2))
+    step, push, _ = transition(
+        system.A, np.column_stack([system.B, system.E]), 1 / (RATE_HZ * fine), 0
+    )
+    still = system.rate[0] @ push[:, 1]
+    for k in range(len(u)):
+        free = step @ x + push[:, 0] * u[k]
+        # dry friction in one implicit step: it stops the motion or opposes it in full
+        f = np.clip(-(system.rate[0] @ free) / still, -force, force)
+        y[k] = system.C @ x + system.D[:, 0] * u[k] + system.F[:, 0] * f
+        x = free + push[:, 1] * f
+    return y

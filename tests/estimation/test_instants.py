@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from estimation_support import FRICTION, RATE_HZ, SLIP, two_masses
+from estimation_support import FRICTION, RATE_HZ, SLIP, rubbing
 from scipy.linalg import solve_discrete_lyapunov
 from scipy.signal import firwin, resample_poly
-from test_simulated import PORTS, model, recorded, truth
+from test_simulated import model, recorded, truth
 
 from twin.estimation.blows import Blows
 from twin.estimation.instants import _neighbours, _strayed, _variances
@@ -15,7 +15,6 @@ from twin.estimation.laws import addresses
 from twin.estimation.likelihood import evaluate, gaussian
 from twin.estimation.low_pass import LowPass
 from twin.estimation.model import Trial
-from twin.estimation.system import transition
 
 FORCE, PART_S = 0.6, 1e-3
 NUMBERS = np.array([[FORCE, 1e-9]])
@@ -120,20 +119,12 @@ def test_after_a_blow_deviations_are_larger_until_they_have_decayed():
 def struck(peak=60.0, noise=0.02):
     """Two masses with dry friction between them, struck; force and response through one filter."""
     fine, samples = 64, 600
-    system, h = two_masses(ports=PORTS, process=False), 1 / (RATE_HZ * fine)
     time = np.arange(samples * fine) / fine
     phase = (time - 40.37) / 1.1
     u = np.where((phase > 0) & (phase < 1), peak * np.sin(np.pi * phase), 0.0)
-    x, y = np.zeros(4), np.zeros((len(u), 2))
-    step, push, _ = transition(system.A, np.column_stack([system.B, system.E]), h, 0)
-    held = system.rate[0] @ push[:, 1]
-    for k in range(len(u)):
-        free = step @ x + push[:, 0] * u[k]
-        f = np.clip(-(system.rate[0] @ free) / held, -FORCE, FORCE)
-        y[k] = system.C @ x + system.D[:, 0] * u[k] + system.F[:, 0] * f
-        x = free + push[:, 1] * f
     window = firwin(32 * fine + 1, 1 / fine, window=("kaiser", 10.5))
-    seen = resample_poly(np.column_stack([u, y]), 1, fine, axis=0, window=window)
+    both = np.column_stack([u, rubbing(u, fine, FORCE)])
+    seen = resample_poly(both, 1, fine, axis=0, window=window)
     rng = np.random.default_rng(5)
     seen[:, 1:] += noise * rng.standard_normal((samples, 2))
     lines = np.fft.irfft(np.fft.rfft(seen[:, 0]) / np.sinc(np.fft.rfftfreq(samples)) ** 2)

@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from estimation_support import FRICTION, RATE_HZ, TwoMasses, two_masses
+from estimation_support import FRICTION, RATE_HZ, TwoMasses, rubbing
 from scipy.signal import resample_poly
 
 from twin.estimation import averages
@@ -33,21 +33,12 @@ PORTS = ((-1.0, 1.0),)
 def recorded(level=4.0, input_noise=0.0):
     """Two masses with dry friction between them, shaken; force and response through one filter."""
     rng = np.random.default_rng(11)
-    system, h = two_masses(ports=PORTS, process=False), 1 / (RATE_HZ * FINE)
     spectrum = np.fft.rfft(rng.standard_normal(SAMPLES * FINE))
-    spectrum[np.fft.rfftfreq(SAMPLES * FINE, h) > 8.0] = 0.0
+    spectrum[np.fft.rfftfreq(SAMPLES * FINE, 1 / (RATE_HZ * FINE)) > 8.0] = 0.0
     u = np.fft.irfft(spectrum)
     u *= level / u.std()
-    x, y = np.zeros(4), np.zeros((len(u), 2))
-    step, push, _ = transition(system.A, np.column_stack([system.B, system.E]), h, 0)
-    still = system.rate[0] @ push[:, 1]
-    for k in range(len(u)):
-        free = step @ x + push[:, 0] * u[k]
-        # dry friction in one implicit step: it stops the motion or opposes it in full
-        f = np.clip(-(system.rate[0] @ free) / still, -FORCE, FORCE)
-        y[k] = system.C @ x + system.D[:, 0] * u[k] + system.F[:, 0] * f
-        x = free + push[:, 1] * f
-    seen = resample_poly(np.column_stack([u, y]), 1, FINE, axis=0, window=("kaiser", 6.0))
+    both = np.column_stack([u, rubbing(u, FINE, FORCE)])
+    seen = resample_poly(both, 1, FINE, axis=0, window=("kaiser", 6.0))
     seen[:, 1:] += NOISE * rng.standard_normal((SAMPLES, 2))
     seen[:, 0] += input_noise * rng.standard_normal(SAMPLES)
     # straight lines between the samples lose sinc^2 of what is put back here
