@@ -17,7 +17,6 @@ from twin.estimation.implicit import (
     solve_force,
     until_zero,
 )
-from twin.estimation.jumps import share_slopes
 from twin.estimation.products import add_row, set_slopes
 
 SWEEPS = 20
@@ -25,6 +24,10 @@ SWEEPS = 20
 
 SETTLED = 1e-11
 """Change of every force, as a share of its scale, with which these sweeps have converged."""
+
+WIDER = 1e3
+"""How much wider the differences of a difference are: between rounding, (1e-16 / 1e-7) / 1e-4, and
+curvature, 1e-4."""
 
 
 @numba.njit(nogil=True, cache=True, forceinline=True)
@@ -40,8 +43,7 @@ def solve_forces(
         begun: displacements, then rates, at the ports where the part begins, (2 l,).
         free: the same at its end without the laws, (2 l,).
         z: memories where it begins, (l, parts).
-        solved: filled with the slope of each force's equation, with which it begins, and with the
-            weight and the force of the beginning (``until_zero``), (l, 3).
+        solved: slope of each force's equation; kept from part to part, (l,).
         t: time of the middle [s].
         scales: of force, displacement and rate at each port, and how far it yields, (l, 4).
         c: holds forces near to them, with which it begins.
@@ -58,9 +60,9 @@ def solve_forces(
                     d += push[j, b] * c[first + b]
                     v += push[count + j, b] * c[first + b]
             kept = c[first + j]
-            c[first + j], solved[j, 0], solved[j, 1], solved[j, 2] = solve_force(
+            c[first + j], solved[j] = solve_force(
                 laws[j], numbers[j].ctypes.data, begun[j], begun[count + j], d, v, z[j],
-                push[j, j], push[count + j, j], kept, solved[j, 0], t, scales[j], part_s,
+                push[j, j], push[count + j, j], kept, solved[j], t, scales[j], part_s,
             )  # fmt: skip
             size = max(scales[j, 0], abs(kept))
             settled = settled and abs(c[first + j] - kept) <= SETTLED * size
@@ -101,10 +103,16 @@ def force_derivatives(
         rate = seen_rate(before, s, v, d, a, yielding, part_s)
         force_slopes(laws[j], numbers[j], varied[j], 0.5 * (before + d), rate, memory, t, scales[j],
                      slopes)  # fmt: skip
-        share_slopes(laws[j], numbers[j], varied[j], before, remembered, held * ev, t, scales[j, 2],
-                     a, shares)  # fmt: skip
+        shares[:] = 0.0
         for q in range(numbers.shape[1]):
-            slopes[3 + q] += held * slopes[1] * (v - s) * shares[q]
+            if varied[j, q] != 0.0:  # the share depends on the numbers, too
+                kept, step = numbers[j, q], WIDER * varied[j, q]
+                numbers[j, q] = kept + step
+                moved = rate_share(laws[j], numbers[j].ctypes.data, before, remembered, held * ev,
+                                   t, scales[j, 2])  # fmt: skip
+                numbers[j, q] = kept
+                shares[q] = (moved - a) / step
+                slopes[3 + q] += held * slopes[1] * (v - s) * shares[q]
         half_d, half_z, end_v = 0.5 * slopes[0], 0.5 * slopes[2], held * a * slopes[1]
         moving = yielding / part_s * slopes[1]
         by_start, by_end, without = half_d - moving, half_d + moving, 0.0

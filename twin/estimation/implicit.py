@@ -130,7 +130,7 @@ def seen_rate(before, begun, end, d, share, yielding, part_s):
 
 @numba.njit(nogil=True, cache=True)
 def solve_force(law, numbers, before, begun, d, v, z, ed, ev, guess, slope, t, scales, part_s):
-    """Return f as above, the slope of f - law(f) there, the weight w and the force f1.
+    """Return f as above, and the slope of f - law(f) there.
 
     Args:
         law: addresses of force and flow.
@@ -156,7 +156,7 @@ def solve_force(law, numbers, before, begun, d, v, z, ed, ev, guess, slope, t, s
     error = f - middle_force(law, numbers, before, d, v, z, ed, ev, f, t, w, first)
     for _ in range(SECANTS):
         if abs(error) <= CLOSE * max(scale, abs(f)):
-            return f, slope, w, first
+            return f, slope
         step = -error / slope
         moved = f + step - middle_force(law, numbers, before, d, v, z, ed, ev, f + step, t, w,
                                         first)  # fmt: skip
@@ -166,9 +166,8 @@ def solve_force(law, numbers, before, begun, d, v, z, ed, ev, guess, slope, t, s
             break
         slope = secant
     if abs(error) <= CLOSE * max(scale, abs(f)):
-        return f, slope, w, first
-    f = _bracketed(law, numbers, before, d, v, z, ed, ev, t, scale, w, first)
-    return f, 1.0, w, first
+        return f, slope
+    return _bracketed(law, numbers, before, d, v, z, ed, ev, t, scale, w, first), 1.0
 
 
 @numba.njit(nogil=True, cache=True)

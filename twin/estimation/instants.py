@@ -198,7 +198,7 @@ def _neighbours(
                     continue
                 back, off = there - left, side * there
                 d = moved[k + 1, j] - ed * f + off * part_s
-                force, slope, _, _ = solve_force(
+                force, slope = solve_force(
                     laws[j], at, moved[k, j], begin + off, d, end - ev * f + off, still, ed, ev,
                     f + more, slope, (k + 0.5) * part_s, scales[j], part_s,
                 )  # fmt: skip

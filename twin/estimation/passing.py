@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.estimation.jumps import as_early
 from twin.estimation.kalman import Gains
 from twin.estimation.law_averages import LawAverages
 from twin.estimation.laws import addresses, no_memory
@@ -201,15 +200,13 @@ def simulated(
     forces, dforces = np.empty((parts, laws)), np.empty((parts, laws, q))
     ports = np.vstack([plant.system.drift, plant.system.rate])
     z, moved = np.empty((samples, *z0.shape)), np.empty((parts + 1, 2 * laws))
-    early, dearly = np.empty_like(forces), np.empty_like(dforces)
     modes = plant.driven.simulated.modes
     simulate(addresses(assembly.laws), modes.of_step(simulation_matrix(plant)), modes.near,
              ports @ modes.to, numbers, c(fine), modes.back @ x0, z0, begin_s, plant.steps,
              trial.step_s, c(assembly.scales), modes.of_step(d.simulated), d.numbers,
-             modes.back @ dx0, forces, dforces, z, moved, early, dearly)  # fmt: skip
-    early, dearly = as_early(forces, early), as_early(dforces, dearly)
+             modes.back @ dx0, forces, dforces, z, moved)  # fmt: skip
     more, du = (np.ascontiguousarray(part) for part in
-                filtered(early, dearly, weights, plant.steps, samples))  # fmt: skip
+                filtered(forces, dforces, weights, plant.steps, samples))  # fmt: skip
     e, de, x = np.empty((samples, m)), np.empty((samples, m, q)), np.empty((samples, len(x0)))
     none, n, held = np.zeros((samples, 0)), len(x0), own.W.shape[1]
     still, over, dover = no_memory(()), own.lifted, d.step
@@ -226,7 +223,7 @@ def simulated(
     if d.missed.size:
         de[:, :, : d.missed.shape[2]] -= d.missed * measured[:, :, None]
     if assembly.ringing is not None:
-        every = np.concatenate([early[:, :, None], dearly], axis=2)
+        every = np.concatenate([forces[:, :, None], dforces], axis=2)
         drives = np.concatenate([more[:, :, None], du], axis=2)
         with np.errstate(all="ignore"):  # laws that run away are hopeless, with what they ring
             beyond = assembly.ringing.beyond(

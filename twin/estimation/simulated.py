@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 
 from twin.estimation.coupled import force_derivatives, solve_forces
 from twin.estimation.implicit import number_steps
-from twin.estimation.jumps import begin_derivatives, push_earlier
 from twin.estimation.low_pass import around
 from twin.estimation.products import add_contracted, add_product, add_row, along
 from twin.estimation.stepping import FAR, derivatives_at_ports, ports_at, remember
@@ -32,7 +31,7 @@ Array = NDArray[np.float64]
 @numba.njit(nogil=True, cache=True)
 def simulate(
     laws, step, near, ports, numbers, fine, x0, z0, begin_s, steps, step_s, scales, dstep,
-    dnumbers, dx0, f_out, df_out, z_out, moved_out, early_out, dearly_out,
+    dnumbers, dx0, f_out, df_out, z_out, moved_out,
 ):  # fmt: skip
     """Fill the forces of the laws, and their derivatives, over the parts of the samples.
 
@@ -54,8 +53,6 @@ def simulate(
         z_out: memories before each sample, filled, (samples, l, parts).
         moved_out: displacements, then rates, at the ports where each part begins and where the last
             one ends, filled, (parts + 1, 2 l).
-        early_out, dearly_out: what jumps within a part are as more in the part before and less in
-            the one behind (``twin.estimation.jumps``), filled, (parts, l), (parts, l, p).
     """
     last, r = len(fine) - 1, fine.shape[1]
     n, p, count = len(x0), dx0.shape[1], len(laws)
@@ -66,15 +63,10 @@ def simulate(
     # displacements, then rates, at the ports: where a part begins, where it ends, derivatives
     begun, ended = np.zeros(2 * count), np.zeros(2 * count)
     dbegun, dended = np.zeros((2 * count, p)), np.zeros((2 * count, p))
-    solved = np.ones((count, 3))
+    solved = np.ones(count)
     slopes, coupled = np.zeros(3 + numbers.shape[1]), np.zeros((count, count))
     memory_slopes = np.zeros((*z0.shape, 3 + numbers.shape[1]))
-    forced = np.ascontiguousarray(step[:, first_f:])
-    push = ports @ forced
-    earlier, dearlier = push_earlier(step, dstep, n, first_f)
-    dw, dfirst = np.zeros(p), np.zeros(p)
-    early_out[:] = 0.0
-    dearly_out[:] = 0.0
+    push = ports @ np.ascontiguousarray(step[:, first_f:])
     varied = number_steps(dnumbers)
     c[:n] = x0
     ports_at(ports, c, n, begun)
@@ -109,35 +101,11 @@ def simulate(
             add_product(dended, push, 0, df, count)
             X[:] = dfree
             df_out[place] = df
+        for j in range(count):
+            f_out[place, j] = c[first_f + j]
         for i in range(n):
             for j in range(count):
                 free[i] += step[i, first_f + j] * c[first_f + j]
-        ports_at(ports, free, n, ended)
-        for j in range(count):
-            w, first, f = solved[j, 1], solved[j, 2], c[first_f + j]
-            f_out[place, j] = f
-            if not 0.0 < w < 1.0:
-                continue
-            early, seen = 0.5 * w, (w - 1.0 / (6.0 * (1.0 - w))) / 4.0
-            early_out[place, j] = seen * (first - f)
-            for i in range(n):
-                free[i] += earlier[i, j] * early * (first - f)
-            if p:
-                begin_derivatives(laws[j], numbers[j], varied[j], begun[j], begun[count + j],
-                                  ended[count + j], z[j], push[count + j, j], t, scales[j],
-                                  dbegun[j], dbegun[count + j], dended[count + j], dz[j],
-                                  dnumbers[j], df[j], first, f, dw, dfirst)  # fmt: skip
-                by = (1.0 - 1.0 / (6.0 * (1.0 - w) ** 2)) / 4.0 * (first - f)
-                for a in range(p):
-                    more = dfirst[a] - df[j, a]
-                    dearly_out[place, j, a] = seen * more + by * dw[a]
-                    more = early * more + 0.5 * dw[a] * (first - f)
-                    for i in range(n):
-                        X[i, a] += earlier[i, j] * more
-                for i in range(n):
-                    for a in range(dearlier.shape[2]):
-                        X[i, a] += dearlier[i, j, a] * early * (first - f)
-        for i in range(n):
             c[i] = min(max(free[i], -FAR), FAR)
         ports_at(ports, c, n, ended)
         remember(laws, numbers, ended, z, begun, dbegun, dended, dz, dnumbers, memory_slopes)

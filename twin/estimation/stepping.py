@@ -78,7 +78,7 @@ def predict(
     # displacements and rates at the ports: where a part begins, where it ends, and derivatives
     begun, ended = np.zeros(2 * count), np.zeros(2 * count)
     dbegun, dended = np.zeros((2 * count, p)), np.zeros((2 * count, p))
-    solved = np.ones((count, 3))
+    solved = np.ones(count)
     slopes, coupled = np.zeros(3 + numbers.shape[1]), np.zeros((count, count))
     memory_slopes = np.zeros((*z0.shape, 3 + numbers.shape[1]))
     varied = number_steps(dnumbers)
