@@ -47,8 +47,9 @@ AS_WELL = 1.5
 WITHIN = 8
 """Points of a part of a sample between which a half sine is summed."""
 
-LATELY = 64
-"""Inputs whose blows are remembered: a fit comes back to the same ones in every pass."""
+LATELY = 1024
+"""Pieces of inputs that are remembered, a few kilobytes each: a fit comes back to the same blows in
+every pass."""
 
 FARTHEST = 4 * REACH
 """Samples after which a filter shows nothing of a hat any more: Butterworth's, too."""
@@ -111,54 +112,60 @@ class Blows:
     @cached_property
     def each(self) -> tuple[Blow, ...]:
         """The blows of the whole recording."""
-        return tuple(
-            replace(blow, column=column)
-            for column, force in enumerate(self.u.T)
-            for blow in _blows_of(force.tobytes(), self.low_pass)
-        )
+        return blows_in(self.u, self.low_pass)
 
     def _found(self, steps: int) -> tuple[Array, Array]:
         """Return forces at the parts, (samples, steps, r), and what is shown, (samples, r)."""
-        each = [_forces_of(force.tobytes(), self.low_pass, steps) for force in self.u.T]
-        pushes, shown = zip(*each, strict=True)
-        return np.stack(pushes, axis=2), np.stack(shown, axis=1)
+        samples, r = self.u.shape
+        force, shown = np.zeros((samples, steps, r)), np.zeros((samples, r))
+        for blow in self.each:
+            where = slice(blow.first, blow.last)
+            u = self.u[where, blow.column]
+            side = np.sign(u[np.argmax(np.abs(u))])
+            piece = (side * u).tobytes()
+            pushes, seen = _pushes(piece, blow.near.tobytes(), self.low_pass, steps)
+            force[where, :, blow.column] += side * pushes
+            shown[where, blow.column] += side * seen
+        return force, shown
 
 
-@lru_cache(LATELY)
-def _blows_of(known: bytes, low_pass: LowPass) -> tuple[Blow, ...]:
-    """Return the blows in an input, as measured: its samples as they lie in memory."""
-    force = np.frombuffer(known)
-    side = np.sign(force[np.argmax(np.abs(force))])
-    contact = np.flatnonzero(side * force > PUSHES * np.max(np.abs(force)))
-    groups = np.split(contact, np.flatnonzero(np.diff(contact) > 2 * REACH) + 1)
+def blows_in(u: Array, low_pass: LowPass) -> tuple[Blow, ...]:
+    """Return the blows in inputs.
+
+    Args:
+        u: as measured, (samples, r).
+        low_pass: the analyser's filter.
+    """
     each = []
-    for group in groups if len(contact) else ():
-        if len(group) > LONGEST:
-            continue
-        first, last = max(group[0] - REACH, 0), min(group[-1] + REACH + 1, len(force))
-        near = np.zeros(last - first, bool)
-        for beside in (-1, 0, 1):
-            near[np.clip(group - first + beside, 0, len(near) - 1)] = True
-        piece = side * force[first:last]
-        response = _responses(len(piece), _at(near, PARTS), low_pass, PARTS)
-        left = (piece - response @ nnls(response, piece)[0])[~near]
-        if np.sum(left**2) < TOLD * np.sum(piece[~near] ** 2):
-            each.append(Blow(0, first, last, near))
+    for column, force in enumerate(u.T):
+        side = np.sign(force[np.argmax(np.abs(force))])
+        contact = np.flatnonzero(side * force > PUSHES * np.max(np.abs(force)))
+        groups = np.split(contact, np.flatnonzero(np.diff(contact) > 2 * REACH) + 1)
+        for group in groups if len(contact) else ():
+            if len(group) > LONGEST:
+                continue
+            first, last = max(group[0] - REACH, 0), min(group[-1] + REACH + 1, len(u))
+            near = np.zeros(last - first, bool)
+            for beside in (-1, 0, 1):
+                near[np.clip(group - first + beside, 0, len(near) - 1)] = True
+            if _is_told((side * force[first:last]).tobytes(), near.tobytes(), low_pass):
+                each.append(Blow(column, first, last, near))
     return tuple(each)
 
 
 @lru_cache(LATELY)
-def _forces_of(known: bytes, low_pass: LowPass, steps: int) -> tuple[Array, Array]:
-    """Return an input's blows at the parts of samples, (samples, steps), and what is shown."""
-    u = np.frombuffer(known)
-    force, shown = np.zeros((len(u), steps)), np.zeros(len(u))
-    for blow in _blows_of(known, low_pass):
-        where = slice(blow.first, blow.last)
-        side = np.sign(u[where][np.argmax(np.abs(u[where]))])
-        pushes, seen = _pushes(side * u[where], blow.near, low_pass, steps)
-        force[where] += side * pushes
-        shown[where] += side * seen
-    return force, shown
+def _is_told(piece: bytes, contact: bytes, low_pass: LowPass) -> bool:
+    """Return whether a push where a contact may be tells the ringing around it.
+
+    Args:
+        piece: of an input, its samples as they lie in memory.
+        contact: which of them its contact may be in, likewise.
+        low_pass: the analyser's filter.
+    """
+    force, near = np.frombuffer(piece), np.frombuffer(contact, bool)
+    response = _responses(len(force), _at(near, PARTS), low_pass, PARTS)
+    left = (force - response @ nnls(response, force)[0])[~near]
+    return bool(np.sum(left**2) < TOLD * np.sum(force[~near] ** 2))
 
 
 def _at(near: NDArray[np.bool_], steps: int) -> NDArray[np.intp]:
@@ -173,10 +180,13 @@ def _responses(samples: int, at: NDArray[np.intp], low_pass: LowPass, steps: int
     return _table(low_pass, steps)[np.clip(lag, -farthest, farthest) + farthest]
 
 
-def _pushes(
-    force: Array, near: NDArray[np.bool_], low_pass: LowPass, steps: int
-) -> tuple[Array, Array]:
-    """Return a blow's force, (samples, steps), and what is shown of it, (samples,)."""
+@lru_cache(LATELY)
+def _pushes(piece: bytes, contact: bytes, low_pass: LowPass, steps: int) -> tuple[Array, Array]:
+    """Return a blow's force, (samples, steps), and what is shown of it, (samples,).
+
+    The arguments are those of ``_is_told``, and parts of a sample.
+    """
+    force, near = np.frombuffer(piece), np.frombuffer(contact, bool)
     at = _at(near, steps)
     response = _responses(len(force), at, low_pass, steps)
     found, least = nnls(response, force)
