@@ -117,6 +117,12 @@ def test_a_shaken_base_gives_way_above_the_table():
     assert error(soft["acc_floor2"], stiff) < 0.01
 
 
+@pytest.mark.parametrize("slower", [1.0, 10.0])
+def test_springs_that_slip_let_a_slow_model_step_as_much_slower(slower):
+    slip = ALL["microslip"]("storey1", 200.0 / slower**2, 1.0, 0.0, 0.004)
+    assert LUMPED.including(slip).compile().opt.timestep == pytest.approx(1e-5 * slower)
+
+
 @pytest.mark.parametrize(("stiffness", "damping"), [(1e6, 6e4), (1e9, 1e3)])
 def test_a_base_that_is_stiff_or_strongly_damped_lets_the_model_step_finely_enough(
     stiffness, damping

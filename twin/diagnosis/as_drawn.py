@@ -23,8 +23,8 @@ from twin.diagnosis.valleys import FIRST, LAPS, Score
 from twin.estimation.fit import LONGEST
 from twin.estimation.laws import no_memory
 from twin.estimation.parallel import each
-from twin.estimation.passing import run, silent, simulated
-from twin.estimation.sensitivities import STEP, no_slopes, numbers_of, plants_of
+from twin.estimation.passing import run, simulated
+from twin.estimation.sensitivities import STEP, no_slopes, numbers_of, plants_of, silent
 from twin.mechanisms.mechanism import ChannelFault, Disturbance, Law, Mechanism
 
 Array = NDArray[np.float64]

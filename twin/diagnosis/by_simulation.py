@@ -178,7 +178,7 @@ def _screened(model: OutputError, z: Array, candidates: Sequence[Candidate]) -> 
     """Return the best first guess of every candidate by the score test (Rao 1948)."""
     here = model.hypothesis
     r = np.vstack(model.residuals(z))
-    white, slopes = model.whitened(z, r)
+    white, slopes = model.whitened(z)
     profiled = Profiled([slopes], [white], z[model.free])
     best = {c.label: Score(c, c.starts[0], 0.0) for c in candidates}
     for candidate in candidates:

@@ -12,7 +12,7 @@ rest that is correlated in time has fewer independent samples than N; tau is the
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -21,16 +21,13 @@ from numpy.typing import NDArray
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.motion import Motion, motion_of
 from twin.estimation.fit import Fit, fit
-from twin.estimation.kalman import Gains
+from twin.estimation.law_averages import LawAverages
 from twin.estimation.likelihood import Value
 from twin.estimation.parallel import each
 from twin.estimation.passing import Run, run
-from twin.estimation.sensitivities import plants_of
+from twin.estimation.sensitivities import STEP, plants_of, silent, slopes_of
 
 Array = NDArray[np.float64]
-
-STEP = 1e-4
-"""Step of the differences in prior deviations: between rounding and curvature."""
 
 WINDOW = 5.0
 """Correlation times over which the autocorrelation is summed (Sokal 1997)."""
@@ -75,18 +72,32 @@ class OutputError:
         f = np.vstack([run.f for run in self.runs(z)])
         return np.asarray(np.sqrt(np.mean(f[:, : len(self.hypothesis.laws)] ** 2, axis=0)))
 
-    def runs(self, z: Array) -> list[Run]:
-        """Return the simulation of each recording, from rest."""
+    def runs(self, z: Array, free: NDArray[np.bool_] | None = None) -> list[Run]:
+        """Return the simulation of each recording, from rest.
+
+        Args:
+            z: values of the unknowns, (p,).
+            free: those with respect to which residuals are derived, (p,); none without.
+        """
         here = self.hypothesis.assemble(z)
         plants = plants_of(here, self.hypothesis)
+        none = LawAverages()
+        slopes = free is not None and slopes_of(
+            self.hypothesis, z, here, plants, [none] * len(here.trials), free, listens=False
+        )
 
         def one(index: int) -> Run:
             plant, trial = plants[here.which[index]], here.trials[index]
-            n, m, w = len(plant.A), trial.y.shape[1], plant.W.shape[1]
-            deaf = Gains(
-                np.zeros((1, n, m)), np.zeros((1, w, m)), np.eye(m)[None], np.zeros((n, n))
-            )
-            return run(here, trial, plant, deaf)
+            if not slopes:
+                return run(here, trial, plant, silent(plant))
+            own = slopes[index]
+            found = run(here, trial, plant, silent(plant), own)
+            de = np.zeros((*found.e.shape, len(self.free)))
+            de[:, :, own.columns] = found.de
+            for place, moved in own.taken_back.items():
+                near = run(here, moved.trials[index], plant, silent(plant))
+                de[:, :, own.columns[place]] = (near.e - found.e) / STEP
+            return replace(found, de=de)
 
         with np.errstate(all="ignore"):
             return each(one, len(here.trials))
@@ -108,39 +119,33 @@ class OutputError:
         Raises:
             ValueError: a simulation that is not finite.
         """
-        r = np.vstack(self.residuals(z))
+        runs = self.runs(z, self.free if derivatives else None)
+        r = np.vstack([run.e for run in runs])
         if not np.all(np.isfinite(r)):
             raise ValueError("the simulation is not finite")
         log_det = np.linalg.slogdet(self.covariance(r))[1]
         p = len(self.free)
         gradient, information = np.zeros(p), np.zeros((p, p))
         if derivatives:
-            white, slopes = self.whitened(z, r)
-            gradient[self.free] = -slopes.T @ white
-            information[np.ix_(self.free, self.free)] = slopes.T @ slopes
+            white = self.whiten(r[:, :, None], r)[:, 0]
+            slopes = self.whiten(np.vstack([run.de for run in runs]), r)
+            gradient, information = -slopes.T @ white, slopes.T @ slopes
         return Value(-0.5 * self.tau * len(r) * float(log_det), gradient, information, (), ())
 
     def covariance(self, r: Array) -> Array:
         """Return S, (m, m)."""
         return np.asarray(r.T @ r / len(r) + np.diag(self.floor))
 
-    def slopes(self, z: Array, r: Array) -> Array:
-        """Return derivatives of the residuals with respect to the free unknowns, (N, m, p)."""
-        columns = []
-        for i in np.flatnonzero(self.free):
-            near = z.copy()
-            near[i] += STEP
-            columns.append((np.vstack(self.residuals(near)) - r) / STEP)
-        return np.stack(columns, axis=-1)
-
     def whiten(self, change: Array, r: Array) -> Array:
         """Return changes of the residuals r, (N, m, c), by their covariance, as rows, (N m, c)."""
         root = np.sqrt(self.tau) * np.linalg.inv(np.linalg.cholesky(self.covariance(r)))
         return np.einsum("ij,njc->nic", root, change).reshape(-1, change.shape[-1])
 
-    def whitened(self, z: Array, r: Array) -> tuple[Array, Array]:
-        """Return the residuals whitened, (N m,), and their slopes alike, (N m, p)."""
-        return self.whiten(r[:, :, None], r)[:, 0], self.whiten(self.slopes(z, r), r)
+    def whitened(self, z: Array) -> tuple[Array, Array]:
+        """Return residuals and their slopes by the free unknowns, whitened, (N m,), (N m, f)."""
+        runs = self.runs(z, self.free)
+        r, slopes = (np.vstack(part) for part in zip(*((a.e, a.de) for a in runs), strict=True))
+        return self.whiten(r[:, :, None], r)[:, 0], self.whiten(slopes[:, :, self.free], r)
 
 
 def independent_share(pieces: Sequence[Array]) -> float:

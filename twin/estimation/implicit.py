@@ -49,6 +49,11 @@ DIFFERENCE = 1e-7
 """Step of a law's numeric slopes, as a share of the scale of its argument: between rounding
 (1e-16 / 1e-7) and curvature (1e-7)."""
 
+BESIDE_CORNERS = 1e-9
+"""Step of a memory's numeric slopes, as a share of the scales of force and displacement: it should
+not go over a corner, as where a slider yields, that the motion goes over by little, and a sum of
+parts that rounding knows to 1e-16 leaves it 1e-7."""
+
 SUDDEN = 4
 """Power of x by which the end takes over: 0.3 % of the begin are left at x = 7, where the force of
 a friction that holds should know nothing of an error of the rate that it begins with."""
@@ -242,15 +247,24 @@ def flow_slopes(law, row, steps, z, before, after, scale, out):
     """Fill the slopes of the parts of a memory: by itself, displacement before and after, ...
 
     ... then by the law's numbers, (parts, 3 + most). Arguments as those of ``force_slopes``, but z,
-    the parts, (parts,).
+    the parts, (parts,). Where nothing moves, the memory is what it was, whichever way its law bends
+    there.
     """
     at = row.ctypes.data
     for i in range(law[2]):
         part, slopes = float(i), out[i]
+        if before == after:
+            h = BESIDE_CORNERS * scale[1]
+            ahead = call_flow(law[1], z[i], part, before, after + h, at)
+            slopes[:] = 0.0
+            slopes[0] = 1.0
+            slopes[2] = (ahead - call_flow(law[1], z[i], part, before, after - h, at)) / (2.0 * h)
+            slopes[1] = -slopes[2]
+            continue
         here = call_flow(law[1], z[i], part, before, after, at)
-        h = DIFFERENCE * scale[0]
+        h = BESIDE_CORNERS * scale[0]
         slopes[0] = (call_flow(law[1], z[i] + h, part, before, after, at) - here) / h
-        h = DIFFERENCE * scale[1]
+        h = BESIDE_CORNERS * scale[1]
         slopes[1] = (call_flow(law[1], z[i], part, before + h, after, at) - here) / h
         slopes[2] = (call_flow(law[1], z[i], part, before, after + h, at) - here) / h
         for q in range(len(row)):

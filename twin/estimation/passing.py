@@ -269,12 +269,6 @@ def deviations(
     return e, de, x
 
 
-def silent(plant: Sampled) -> Gains:
-    """Return gains of no filter at all, with which the predictor is a simulation."""
-    (n, held), m = plant.W.shape, len(plant.system.C)
-    return Gains(np.zeros((1, n, m)), np.zeros((1, held, m)), np.eye(m)[None], np.zeros((n, n)))
-
-
 def open_loop(gain: Gains) -> Gains:
     """Return gains that listen to nothing: the predictor is then a simulation."""
     return Gains(0 * gain.state[-1:], 0 * gain.held[-1:], gain.innovation, gain.predicted)

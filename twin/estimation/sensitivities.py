@@ -118,6 +118,7 @@ def slopes_of(
     plants: Sequence[Sampled],
     averages: Sequence[LawAverages],
     free: NDArray[np.bool_],
+    listens: bool = True,
 ) -> tuple[Slopes, ...]:
     """Return the derivatives of each trial at z, by differences of assemblies.
 
@@ -128,6 +129,7 @@ def slopes_of(
         plants: its sampled systems.
         averages: what laws do on the average of each trial; taken as the same a step away.
         free: with respect to which unknowns, (p,).
+        listens: whether the predictor corrects itself by the outputs; a simulation does not.
     """
     unknowns = model.unknowns
     moved: dict[int, tuple[Assembly, Sequence[Sampled]]] = {}
@@ -139,7 +141,7 @@ def slopes_of(
         moved |= {index: (assembly, own) for index in group}
     return tuple(
         each(
-            lambda i: _of_trial(i, unknowns, here, plants, moved, averages[i], free),
+            lambda i: _of_trial(i, unknowns, here, plants, moved, averages[i], free, listens),
             len(model.trials),
         )
     )
@@ -171,6 +173,7 @@ def _of_trial(
     moved: dict[int, tuple[Assembly, Sequence[Sampled]]],
     averages: LawAverages,
     free: NDArray[np.bool_],
+    listens: bool,
 ) -> Slopes:
     plant, equivalent = plants[here.which[trial]], averages.equivalent
     own, filtering = predicting(plant), averages.filtering(plant)
@@ -178,7 +181,8 @@ def _of_trial(
     missing = here.trials[trial].begins_without
     early = replace(averages, kicks={k: P for k, P in averages.kicks.items() if k < LATEST})
     own_noise = early.beginning(here.noises[trial])
-    base = gains(filtering, own_noise, equivalent=equivalent, missing=missing)
+    base = (gains(filtering, own_noise, equivalent=equivalent, missing=missing) if listens
+            else silent(plant))  # fmt: skip
     step, read, gain = own.lifted, read_matrix(own), gain_matrices(base)
     simulation, deviation = simulation_matrix(plant), deviation_matrix(filtering)
     columns = [
@@ -220,7 +224,7 @@ def _of_trial(
             dnumbers[:, :, at] = (numbers_of(assembly) - numbers) / STEP
         if unknowns[columns[place]].role == "samples":
             taken_back[place] = assembly
-        elif at < systems or at >= laws:
+        elif listens and (at < systems or at >= laws):
             changed.append(at)
             steps.append(_step_of(unknowns[columns[place]]))
             near.append((near_filter, early.beginning(assembly.noises[trial])))
@@ -234,6 +238,12 @@ def _of_trial(
         dmissed = np.zeros((0, 0, 0))
     return Slopes(dstep, dread, dgain, dnumbers, dsimulation, ddeviation, dread_deviation, dS,
                   dmissed, columns, np.array(order, np.int64), taken_back)  # fmt: skip
+
+
+def silent(plant: Sampled) -> Gains:
+    """Return gains of no filter at all, with which the predictor is a simulation."""
+    (n, held), m = plant.W.shape, len(plant.system.C)
+    return Gains(np.zeros((1, n, m)), np.zeros((1, held, m)), np.eye(m)[None], np.zeros((n, n)))
 
 
 def no_slopes(plant: Sampled, gain: Gains, numbers: Array, p: int = 0) -> Slopes:

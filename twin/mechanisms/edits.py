@@ -24,13 +24,13 @@ sign by as much too early: at 50 Hz 2 % of it. Runge-Kutta steps of more than 2.
 chatter, at accelerations as large as those of the frame.
 """
 
-SLIP_STEP = 1e-5
-"""Longest step [s] for springs that yield one after the other.
+SLIP_DAMPING = 2e-4
+"""Damping ratio that springs which yield one after the other may have besides.
 
 MuJoCo moves the rest of a spring that yields once a step, and within the step the spring goes on:
-while it slips it is a dashpot besides, of half a step times its stiffness. Where much of a storey
-slips, that is a damping ratio of at most a quarter of the step times the angular frequency: 0.02 %
-at 10 Hz.
+while it slips it is a dashpot besides, of half a step h times its stiffness k. In a mode of the
+angular frequency w that has the share s of its stiffness in these springs that is a damping ratio
+of h w s / 4, and w s is at most sqrt(k / m) with the mass m that the port has by itself.
 """
 
 STABLE = 2.0
@@ -121,6 +121,16 @@ def add_friction(spec: mujoco.MjSpec, element: Any, force: float) -> None:
 def step_finely(spec: mujoco.MjSpec, longest: float = FRICTION_STEP) -> None:
     """Let the model step at most ``longest`` [s]: as dry friction needs that sticks."""
     spec.option.timestep = min(spec.option.timestep, longest)
+
+
+def slip_finely(spec: mujoco.MjSpec, line: Line, stiffness: float) -> None:
+    """Let the model step as finely as springs along a port that slip [N/m] need.
+
+    It steps a round number of times in a second: 1, 2 or 5 times a power of ten.
+    """
+    longest = 4 * SLIP_DAMPING / float(np.sqrt(stiffness * line.motion.mobility))
+    power = 10.0 ** np.floor(np.log10(longest))
+    step_finely(spec, float(max(part * power for part in (1, 2, 5) if part * power <= longest)))
 
 
 def follow(spec: mujoco.MjSpec, mass: float, damping: float, stiffness: float) -> None:

@@ -49,10 +49,15 @@ def flow(
     shape: Any,
     storey: Any,
 ) -> Any:
-    """Return z after the drift went from ``before`` to ``after``, by midpoint steps."""
+    """Return z after the drift went from ``before`` to ``after``, by midpoint steps.
+
+    No step goes over the plateau; what is there stays, but a neighbour of it on either side may
+    move, or its derivatives would be those of another law.
+    """
     step = (after - before) / SUBSTEPS
     limit = yield_force * np.maximum(0.5 + shape, 1e-9) ** (-1.0 / sharpness)
-    z = np.minimum(np.maximum(memory, -limit), limit)
+    limit = np.maximum(limit, np.abs(memory))
+    z = memory
     for _ in range(SUBSTEPS):
         loading = shape + 0.5 * np.sign(step * z)
         slope = 1.0 - np.abs(z / yield_force) ** sharpness * loading

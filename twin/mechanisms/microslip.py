@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Self
 import mujoco
 import numpy as np
 
-from twin.mechanisms.edits import SLIP_STEP, Line, step_finely
+from twin.mechanisms.edits import Line, slip_finely
 from twin.mechanisms.hysteresis import PART
 from twin.mechanisms.mechanism import Law, Surroundings
 from twin.mechanisms.scales import TINY, peak
@@ -18,6 +18,9 @@ from twin.parameter import Parameter
 SLIDERS, RATIO, FARTHEST = 12, 1.7, 2.0
 """Sliders, ratio of one's drift at yield to the next one's, and the largest one over the reach: the
 curve of first loading is met within 1 % from a hundredth of the reach to twice the reach."""
+
+LOG_RATIO = float(np.log(RATIO))
+"""The powers of the ratio are taken by it: a general power takes several times as long."""
 
 SAME = 1e-6
 """Relative error within which sliders are those of a law: a model's text has more digits."""
@@ -48,8 +51,8 @@ def flow(
         shortest: drift at which the first one yields.
         power: of the drift that the force of first loading goes with.
     """
-    stiffness = first if part < 1 else second * RATIO ** ((part - 1) * (power - 1))
-    limit = stiffness * shortest * RATIO**part
+    stiffness = first if part < 1 else second * np.exp(LOG_RATIO * (part - 1) * (power - 1))
+    limit = stiffness * shortest * np.exp(LOG_RATIO * part)
     force = memory + stiffness * (after - before)
     return np.minimum(np.maximum(force, -limit), limit)
 
@@ -164,7 +167,7 @@ class Microslip(Law):
                 slider = line.tendon(f"{self.name}_{number}")
                 slider.stiffness = [stiffness, 0.0, 0.0]
                 slider.springyield = yields
-            step_finely(spec, SLIP_STEP)
+            slip_finely(spec, line, sum(k for k, _ in self.sliders()))
         line.tendon(self.name).stiffness = [self.numbers[0], 0.0, 0.0]
 
     @classmethod

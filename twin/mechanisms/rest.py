@@ -38,6 +38,7 @@ class Motion:
         length: that sum at rest [m or rad].
         unit: "m" or "rad".
         mass: of the bodies that hang on the port's last joint, those it carries [kg].
+        mobility: acceleration of the port by a unit force along it [1/kg or 1/(kg m^2)].
         along: what it moves for a unit translation of everything along x, y, z, (3,): zero for a
             relative motion and for a rotation.
     """
@@ -46,6 +47,7 @@ class Motion:
     length: float
     unit: str
     mass: float
+    mobility: float
     along: Array
 
 
@@ -58,6 +60,7 @@ class Rest:
         model: the copy.
         data: its state at rest.
         freedoms: what the equality constraints leave free, (nv, n).
+        mass: mass matrix of these, (n, n).
     """
 
     def __init__(self, spec: mujoco.MjSpec) -> None:
@@ -73,6 +76,7 @@ class Rest:
         reduced = Reduced(self.model)
         settle(reduced)
         reduced.at_rest()
+        self.mass = reduced.mass()
         self.data, self.freedoms = reduced.data, reduced.basis
 
     def row(self, name: str) -> tuple[Array, str, Array]:
@@ -140,7 +144,9 @@ class Rest:
         if not terms:
             raise ModelError(f"{name}: nothing moves it; there are {available(self.names())}")
         mass = float(model.body_mass[list(hanging_on(model, joints))].sum())
-        return Motion(terms, length, unit, mass, along)
+        free = row @ self.freedoms
+        mobility = float(free @ np.linalg.solve(self.mass, free))
+        return Motion(terms, length, unit, mass, mobility, along)
 
     def _element(self, name: str) -> tuple[Array, str, Array] | None:
         model, kinds = self.model, mujoco.mjtObj
