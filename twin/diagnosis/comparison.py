@@ -15,6 +15,7 @@ from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.predict import Predictor, noise_floors, nrmse, placed, predictors
 from twin.diagnosis.prepare import Prepared
 from twin.diagnosis.result import Trace
+from twin.diagnosis.scales import TINY
 from twin.model import Twin
 from twin.model.self_check import NOTED
 
@@ -24,6 +25,15 @@ NO_HELP = (
     "two seconds ahead the extended twin predicts the training recordings no better than the "
     "calibrated one, so the prediction two seconds ahead is the calibrated twin's"
 )
+
+
+PLAYED = 2e6
+"""Steps of MuJoCo at most for a recording's motion of the exported twin: half a minute of a laptop.
+It shows whether the file moves as predicted; long recordings and slow structures that slip would
+take ten times as long as all else."""
+
+END = 64
+"""Samples that are played beyond a part: what is resampled to its end rings there."""
 
 
 @dataclass(frozen=True)
@@ -110,24 +120,39 @@ def _errors(
     return Errors(each["nominal"], each["calibrated"], each["explained"], floor)
 
 
+def strongest(u: Array, longest: int) -> slice:
+    """Return the part of so many samples at most in which inputs, (samples, r), have most power."""
+    if len(u) <= longest:
+        return slice(0, len(u))
+    size = np.sum(u**2 / np.maximum(np.mean(u**2, axis=0), TINY), axis=1)
+    total = np.concatenate([[0.0], np.cumsum(size)])
+    first = int(np.argmax(total[longest:] - total[:-longest]))
+    return slice(first, first + longest)
+
+
 def _in_mujoco(
     twin: Twin, beside: Sequence[Predictor], best: Explanation, ready: Prepared
 ) -> list[str]:
     """Simulate the exported twin from rest and say where its motion is another than predicted."""
     problem = best.hypothesis.problem
+    longest = round(PLAYED * twin.compile().opt.timestep * problem.sampling_hz)
     out, own, noise, measured = [], [], [], []
     for predictor, recording in zip(beside, ready.test.recordings, strict=True):
-        out.append(in_mujoco(twin, problem, recording))
-        own.append(predictor.from_rest())
-        noise.append(np.broadcast_to(predictor.noise.output, recording.y.shape))
-        measured.append(recording.y)
+        part = strongest(recording.u, longest)
+        played = recording.part(slice(part.start, part.stop + END))
+        out.append(in_mujoco(twin, problem, played)[:longest])
+        own.append(predictor.from_rest(part))
+        noise.append(np.broadcast_to(predictor.noise.output, out[-1].shape))
+        measured.append(recording.y[part])
+    cut = any(len(m) < len(r.y) for m, r in zip(measured, ready.test.recordings, strict=True))
+    where = f"over the {longest / problem.sampling_hz:.3g} s of the strongest inputs " * cut
     difference = nrmse(out, own) if all(np.all(np.isfinite(o)) for o in out) else np.inf
     level = nrmse(measured, [y - n for y, n in zip(measured, noise, strict=True)])
     if difference <= NOTED * level:
         return []
     there = nrmse(measured, out)
     return [
-        f"from rest MuJoCo's motion of the exported twin differs from the predicted one by "
+        f"from rest MuJoCo's motion of the exported twin {where}differs from the predicted one by "
         f"{difference:.3g} of RMS; its error on the test recordings is {there:.3g}, that of the "
         f"engine's own equations {nrmse(measured, own):.3g}"
     ]

@@ -60,10 +60,10 @@ class Measured:
         """Which inputs are not zero throughout, (r,)."""
         return np.any(self.u, axis=0)
 
-    def beginning(self, samples: int) -> Measured:
-        """Return the first samples."""
+    def part(self, samples: slice) -> Measured:
+        """Return a part of the samples."""
         more = self.geometric
         return replace(
-            self, u=self.u[:samples], y=self.y[:samples],
-            geometric=None if more is None else more.beginning(samples),
+            self, u=self.u[samples], y=self.y[samples],
+            geometric=None if more is None else more.part(samples),
         )  # fmt: skip

@@ -23,7 +23,7 @@ take would not bring what settles anything."""
 def beginning_of(hypothesis: Hypothesis) -> Hypothesis:
     """Return a hypothesis, its unknowns the same, beside the first samples of each recording."""
     problem = hypothesis.problem
-    part = replace(problem, recordings=tuple(r.beginning(PART) for r in problem.recordings))
+    part = replace(problem, recordings=tuple(r.part(slice(PART)) for r in problem.recordings))
     return replace(hypothesis, problem=part)
 
 

@@ -82,9 +82,10 @@ class Predictor:
         """Return the free run, with other inputs where given, (samples, m)."""
         return self._open(0, len(self.trial.y), self.start, None, u)
 
-    def from_rest(self) -> Array:
-        """Return the simulation from rest, (samples, m)."""
-        return self._open(0, len(self.trial.y), 0 * self.start, None, None)
+    def from_rest(self, part: slice = slice(None)) -> Array:
+        """Return the simulation from rest, of a part of the recording or all, (samples, m)."""
+        first, last, _ = part.indices(len(self.trial.y))
+        return self._open(first, last, 0 * self.start, None, None)
 
     def ahead(self, u: Array | None = None, offsets: Array | None = None) -> Array:
         """Return windows of two seconds from the states estimated before them, (samples, m).

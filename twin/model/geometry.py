@@ -66,9 +66,9 @@ class Geometric:
     forces: Array
     readings: Array
 
-    def beginning(self, samples: int) -> Geometric:
-        """Return the first samples."""
-        return Geometric(self.forces[:samples], self.readings[:samples])
+    def part(self, samples: slice) -> Geometric:
+        """Return a part of the samples."""
+        return Geometric(self.forces[samples], self.readings[samples])
 
 
 class Geometry:
