@@ -39,6 +39,10 @@ CALM = 0.7
 they follow what is slow and do not ring at corners that the true force has not (at any ratio their
 own is not seen: an analyser cuts their ringing off)."""
 
+TURN = 0.95
+"""Share of half the sampling rate from which on modes are given a part of that damping: a fit that
+moves a mode over half the rate should find no step there. An analyser lets no more of them pass."""
+
 
 def prefiltered(u: Array) -> Array:
     """Return inputs, (samples, r), whose straight lines are those of a band-limited signal.
@@ -126,7 +130,13 @@ def _calming(squares: Array, R: Array, step_s: float) -> Array:
         step_s: sampling interval [s].
     """
     missing = np.maximum(2 * CALM * np.sqrt(np.maximum(squares, 0.0)) - np.diag(R), 0.0)
-    return np.diag(np.where(squares > (np.pi / step_s) ** 2, missing, 0.0))
+    return np.diag(_turned(squares, step_s) * missing)
+
+
+def _turned(squares: Array, step_s: float) -> Array:
+    """Return what part of it modes are given, (n,), of squares of circular frequencies: 0 to 1."""
+    half = np.sqrt(np.maximum(squares, 0.0)) * step_s / np.pi
+    return np.asarray(np.clip((half - TURN) / (1 - TURN), 0.0, 1.0))
 
 
 def ringing(model: LinearModel, places: Sequence[str], step_s: float) -> Ringing:
@@ -142,13 +152,13 @@ def ringing(model: LinearModel, places: Sequence[str], step_s: float) -> Ringing
     square, rate = np.diag(model.K)[at] / mass, np.diag(model.R)[at] / mass
     rows = np.array([model.port(place) for place in places]).reshape(len(places), len(model.M))
     seen = np.array([model.Cd, model.Cv, model.Ca])[:, :, at]
-    return Ringing(square, rate, 2 * CALM * np.sqrt(square), -rows.T[at] / mass[:, None], seen)
+    stepped = rate + np.diag(_calming(square, np.diag(rate), step_s))
+    return Ringing(square, rate, stepped, -rows.T[at] / mass[:, None], seen)
 
 
 def above(model: LinearModel, step_s: float) -> NDArray[np.bool_]:
-    """Return which coordinates are modes above half the sampling rate, (n,)."""
-    squares = np.diag(model.K) / np.diag(model.M)
-    return np.asarray(squares > (np.pi / step_s) ** 2)
+    """Return which coordinates are modes above half the sampling rate, or hardly below, (n,)."""
+    return np.asarray(_turned(np.diag(model.K) / np.diag(model.M), step_s) > 0)
 
 
 def _state(pole: Any, w: Array, step_s: float, lines: bool) -> NDArray[np.complex128]:
@@ -194,7 +204,7 @@ def noise_gain(model: LinearModel, step_s: float) -> Array:
     """
     squares = np.maximum(np.diag(model.K) / np.diag(model.M), 0.0)
     periods = np.sqrt(squares) * step_s / (2 * np.pi)
-    return np.asarray(np.where(above(model, step_s), 0.0, 1 / np.sinc(np.minimum(periods, 0.5))))
+    return np.asarray((1 - _turned(squares, step_s)) / np.sinc(np.minimum(periods, 0.5)))
 
 
 def _corner(periods: Array) -> NDArray[np.complex128]:
