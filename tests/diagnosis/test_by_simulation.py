@@ -155,6 +155,8 @@ def test_a_climb_goes_up_and_only_moves_what_it_may(plain):
     found = model.fitted(z, free)
     assert found.log_posterior > model.value(z, derivatives=False).log_likelihood
     assert np.array_equal(np.flatnonzero(found.z), np.flatnonzero(free))
+    beyond_reach = found.log_evidence + 1000
+    assert model.fitted(z, free, beyond_reach).log_posterior < found.log_posterior - 1
 
 
 def test_the_calibrated_twin_is_freed_from_its_tolerances(plain):

@@ -139,6 +139,24 @@ def test_what_a_force_has_near_half_the_sampling_rate_is_predicted_too(highest):
     assert np.max(np.std(missed, axis=0) / np.std(y, axis=0)) > (1e-3 if highest > 100 else 1e-7)
 
 
+def test_a_mode_is_calmed_gradually_as_it_comes_to_half_the_sampling_rate():
+    model = lumped().linear(("force_floor2",), ("acc_floor1", "acc_floor2"))
+    highest = float(np.sqrt(np.max(np.diag(model.K) / np.diag(model.M)))) / (2 * np.pi)
+    damping, stirred = [], []
+    for share in np.linspace(0.9, 1.05, 61):
+        step_s = share / (2 * highest)
+        poles = np.linalg.eigvals(plant_of(model, (), (), {}, step_s=step_s).system.A)
+        fastest = poles[np.argmax(np.abs(poles))]
+        damping.append(-fastest.real / abs(fastest))
+        stirred.append(noise_gain(model, step_s)[-1])
+    own, calmed = damping[0], damping[-1]
+    assert own < 0.05
+    assert calmed == pytest.approx(0.7, abs=0.01)
+    assert np.max(np.abs(np.diff(damping))) < 0.06
+    assert np.max(np.abs(np.diff(stirred))) < 0.12
+    assert stirred[-1] == 0.0
+
+
 @pytest.mark.parametrize("frequency", [60.0, 110.0])
 def test_a_floor_s_acceleration_is_predicted_behind_a_sensor_that_rings(frequency):
     model = lumped().linear(("force_floor2",), ("acc_floor1", "acc_floor2"))

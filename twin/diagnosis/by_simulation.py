@@ -28,7 +28,7 @@ from twin.diagnosis.score_test import Profiled
 from twin.diagnosis.search import Found, Offer
 from twin.diagnosis.simulation import OutputError, independent_share
 from twin.diagnosis.stated import stated_error
-from twin.diagnosis.valleys import WIDTH, Score
+from twin.diagnosis.valleys import WIDTH, Score, first_of_each
 from twin.errors import ModelError
 from twin.estimation.fit import Fit
 from twin.mechanisms.mechanism import Law
@@ -73,14 +73,17 @@ def search_by_simulation(
         cost = float(np.log(max(len(candidates), 2)))
         scores = _screened(OutputError(here, tau), best.fit.z, candidates)
         screened.append(tuple(scores))
-        fits = []
-        for number, score in enumerate([s for s in scores if s.gain > cost][:WIDTH]):
+        fits = list[Explanation]()
+        ahead = [s for s in scores if s.gain > cost]
+        kinds = first_of_each([s.candidate.label[0] for s in ahead])
+        for number, score in enumerate(ahead[i] for i in kinds[:WIDTH]):
             what = " at ".join(score.candidate.label)
             tell(f"search step {step + 1}: fitting {what} ({number + 1})")
             grown = added(here, score.candidate, score.start)
             z = moved_to(grown, here, best.fit.z, score.start)
             try:
-                found = OutputError(grown, tau).fitted(z)
+                likeliest = max((e.fit.log_evidence for e in fits), default=-np.inf)
+                found = OutputError(grown, tau).fitted(z, hopeless=likeliest)
             except (ValueError, np.linalg.LinAlgError):
                 continue
             if not stands(grown, found.z, unseen):

@@ -27,10 +27,10 @@ NO_HELP = (
 )
 
 
-PLAYED = 2e6
-"""Steps of MuJoCo at most for a recording's motion of the exported twin: half a minute of a laptop.
-It shows whether the file moves as predicted; long recordings and slow structures that slip would
-take ten times as long as all else."""
+PLAYED = 5e5
+"""Steps of MuJoCo at most in which a recording's motion of the exported twin is played: half a
+minute with friction. It shows whether the file moves as predicted; long recordings and slow
+structures that slip would take ten times as long as all else."""
 
 END = 64
 """Samples that are played beyond a part: what is resampled to its end rings there."""

@@ -102,14 +102,18 @@ class OutputError:
         with np.errstate(all="ignore"):
             return each(one, len(here.trials))
 
-    def fitted(self, z: Array, free: NDArray[np.bool_] | None = None) -> Fit:
+    def fitted(
+        self, z: Array, free: NDArray[np.bool_] | None = None, hopeless: float = -np.inf
+    ) -> Fit:
         """Return the maximum a posteriori estimate from values z, (p,), of ``free`` unknowns.
+
+        One that will not reach the log evidence ``hopeless`` is given up (``fit``).
 
         Raises:
             ValueError: there is no simulation where it begins.
         """
         return fit(self.hypothesis, z, free=self.free if free is None else free,
-                   likelihood=self.value)  # fmt: skip
+                   likelihood=self.value, hopeless=hopeless)  # fmt: skip
 
     def value(
         self, z: Array, derivatives: bool = True, averages: object = None, near: object = None
