@@ -226,7 +226,7 @@ def show(console: Console, kept: dict[str, Any]) -> None:
                 table.add_row(key, f"{value:.4g}")
             elif isinstance(value, dict):
                 for inner, number in value.items():
-                    shown = json.dumps(number) if isinstance(number, dict) else f"{number:.3g}"
+                    shown = f"{number:.3g}" if isinstance(number, float) else json.dumps(number)
                     table.add_row(f"{key}: {inner}", shown)
             elif isinstance(value, list):
                 table.add_row(key, ", ".join(f"{f['mechanism']} {f['location']}" for f in value))

@@ -83,9 +83,12 @@ class Predictor:
         return self._open(0, len(self.trial.y), self.start, None, u)
 
     def from_rest(self, part: slice = slice(None)) -> Array:
-        """Return the simulation from rest, of a part of the recording or all, (samples, m)."""
+        """Return the simulation from rest, of a part of the recording or all, (samples, m).
+
+        The time that laws are told begins with the part.
+        """
         first, last, _ = part.indices(len(self.trial.y))
-        return self._open(first, last, 0 * self.start, None, None)
+        return self._open(first, last, 0 * self.start, None, None, begin_s=0.0)
 
     def ahead(self, u: Array | None = None, offsets: Array | None = None) -> Array:
         """Return windows of two seconds from the states estimated before them, (samples, m).
@@ -104,11 +107,15 @@ class Predictor:
             out[first:last] = self._open(first, last, x, self.followed.z[first], u)
         return out
 
-    def _open(self, first: int, last: int, x: Array, z: Array | None, u: Array | None) -> Array:
+    def _open(
+        self, first: int, last: int, x: Array, z: Array | None, u: Array | None,
+        begin_s: float | None = None,
+    ) -> Array:  # fmt: skip
         """Return the outputs of a simulation over a part of the recording.
 
         What large motion adds is that of the simulated motion itself.
         """
+        begin_s = first * self.trial.step_s if begin_s is None else begin_s
         more = 0.0 if u is None else (u - self.inputs)[first:last]
         own, r = self.trial, len(self.problem.model.inputs)
         driving, lines = own.u[first:last, :r] + more, own.between[first:last, :r] + more
@@ -119,7 +126,7 @@ class Predictor:
                             blows=own.blows and own.blows.of_part(first, last),
                             between=np.hstack([lines, prefiltered(forces)]))  # fmt: skip
             passed = run(self.here, piece, self.plant, open_loop(self.gain), x0=x, z0=z,
-                         begin_s=first * own.step_s)  # fmt: skip
+                         begin_s=begin_s)  # fmt: skip
             q, v = (x[:, :n] for x in passed.moved())
             if geometry is None or not np.all(np.isfinite([q, v])):
                 break
