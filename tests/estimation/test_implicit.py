@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from estimation_support import FRICTION
+from estimation_support import FRICTION, SLIDERS
 
-from twin.estimation.implicit import solve_force
+from twin.estimation.implicit import flow_slopes, solve_force
 from twin.estimation.laws import addresses
 
 FORCE, WIDTH, PART_S = 0.6, 1e-6, 1e-3
@@ -42,3 +42,30 @@ def test_friction_that_cannot_hold_acts_one_way_until_rest_and_the_other_way_the
     f, end = stopped(begun, pushed)
     assert f == pytest.approx(FORCE * (2 * share - 1), rel=1e-6)
     assert end < 0
+
+
+STIFFNESS, YIELDS = np.array([200.0, 100.0]), np.array([0.2, 0.6])
+SCALE = np.array([1.0, 0.01, 0.2])
+
+
+def slopes(z, before, after):
+    """Of two sliders: by memory, displacement before and after, then by the numbers, (2, 7)."""
+    law, numbers = addresses((SLIDERS,))[0], np.array([*STIFFNESS, *YIELDS])
+    out = np.empty((2, 7))
+    flow_slopes(law, numbers, 1e-7 * numbers, np.array(z), before, after, SCALE, out)
+    return out
+
+
+def test_a_slider_that_slips_however_little_forgets_what_it_held():
+    np.testing.assert_allclose(slopes(-YIELDS, 0.0, -1e-10)[:, :3], 0.0, atol=1e-6)
+    found = slopes(-YIELDS, 0.0, -1e-6)
+    np.testing.assert_allclose(found[:, :3], 0.0, atol=1e-6)
+    np.testing.assert_allclose(found[:, 5:], -np.eye(2), atol=1e-6)
+
+
+@pytest.mark.parametrize("z", [-YIELDS, 0.5 * YIELDS])
+def test_what_does_not_move_keeps_its_memory(z):
+    found = slopes(z, 0.003, 0.003)
+    np.testing.assert_allclose(found[:, 0], 1.0)
+    np.testing.assert_allclose(found[:, 1], -found[:, 2])  # both move: nothing does
+    np.testing.assert_allclose(found[:, 3:], 0.0)
