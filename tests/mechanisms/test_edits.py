@@ -117,10 +117,10 @@ def test_a_shaken_base_gives_way_above_the_table():
     assert error(soft["acc_floor2"], stiff) < 0.01
 
 
-@pytest.mark.parametrize("slower", [1.0, 10.0])
+@pytest.mark.parametrize("slower", [0.1, 1.0, 10.0])
 def test_springs_that_slip_let_a_slow_model_step_as_much_slower(slower):
     slip = ALL["microslip"]("storey1", 200.0 / slower**2, 1.0, 0.0, 0.004)
-    assert LUMPED.including(slip).compile().opt.timestep == pytest.approx(1e-5 * slower)
+    assert LUMPED.including(slip).compile().opt.timestep == pytest.approx(1e-5 * max(slower, 1.0))
 
 
 @pytest.mark.parametrize(("stiffness", "damping"), [(1e6, 6e4), (1e9, 1e3)])
