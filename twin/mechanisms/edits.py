@@ -34,8 +34,8 @@ of h w s / 4, and w s is at most sqrt(k / m) with the mass m that the port has b
 """
 
 SLIP_STEP = 1e-5
-"""Step [s] that is fine enough for any such springs: a ratio of 0.02 % at 10 Hz. By the bound a light
-port, which moves by itself far above a recording's band, would ask for a hundredth of it."""
+"""Step [s] that is fine enough for any such springs: a ratio of 0.02 % at 10 Hz. By the bound a
+light port, which moves by itself far above a recording's band, would ask for much less."""
 
 STABLE = 2.0
 """Longest step times the fastest pole: Runge-Kutta (fourth order) is stable up to 2.6 at least, in
