@@ -24,6 +24,20 @@ def rms_of(y: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(np.sqrt(squares.sum(axis=0) / np.maximum(there.sum(axis=0), 1)))
 
 
+def strongest(x: NDArray[np.float64], longest: int) -> slice:
+    """Return the part of so many samples at most in which columns, (samples, c), have most power.
+
+    That of each counts as a share of what it varies by; what is left out, NaN, counts nothing.
+    """
+    if len(x) <= longest:
+        return slice(0, len(x))
+    varies = rms_of(x - np.nan_to_num(np.nanmean(x, axis=0)))
+    power = np.nan_to_num(x / np.maximum(varies, 1e-300)) ** 2
+    total = np.concatenate([[0.0], np.cumsum(power.sum(axis=1))])
+    first = int(np.argmax(total[longest:] - total[:-longest]))
+    return slice(first, first + longest)
+
+
 def filled(y: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return samples with what is left out interpolated, (samples, m)."""
     out = np.array(y)

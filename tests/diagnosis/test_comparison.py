@@ -9,7 +9,7 @@ from diagnosis_support import lumped, recorded
 from twin.diagnosis import comparison
 from twin.diagnosis.beginning import added, moved_to
 from twin.diagnosis.candidates import Candidate, motions, priors_of, scales_of
-from twin.diagnosis.comparison import NO_HELP, compare, strongest
+from twin.diagnosis.comparison import NO_HELP, compare
 from twin.diagnosis.explanation import Explanation
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.predict import placed, predictors
@@ -20,9 +20,8 @@ from twin.mechanisms.cubic_stiffness import CubicStiffness
 SPRING = CubicStiffness("storey2", 3e5)
 
 
-@pytest.mark.parametrize("there", [True, False])
-def test_a_spring_that_is_not_there_leaves_the_prediction_to_the_calibrated_twin(there):
-    rig = lumped(SPRING) if there else lumped()
+def claimed_by(rig):
+    """The calibrated twin, and one with a spring that is claimed to be there, beside a rig's."""
     ready = prepare(lumped(), [recorded(rig, 1)], [recorded(rig, 2)])
     blank = Hypothesis(ready.train)
     calibrated = fit(blank)
@@ -33,6 +32,12 @@ def test_a_spring_that_is_not_there_leaves_the_prediction_to_the_calibrated_twin
     grown = added(scaled, Candidate((SPRING,), priors_of([SPRING])), SPRING)
     z = moved_to(grown, blank, np.zeros(len(blank.unknowns)), SPRING)
     claimed = Explanation(grown, fit(grown, z, most=1, free=np.zeros(len(z), bool)), 0.0)
+    return ready, nothing, claimed
+
+
+@pytest.mark.parametrize("there", [True, False])
+def test_a_spring_that_is_not_there_leaves_the_prediction_to_the_calibrated_twin(there):
+    ready, nothing, claimed = claimed_by(lumped(SPRING) if there else lumped())
     compared = compare(ready, nothing, nothing, claimed, 0)
     ahead = compared.fit_ahead.test
     assert (NO_HELP in compared.notes) is not there
@@ -40,32 +45,14 @@ def test_a_spring_that_is_not_there_leaves_the_prediction_to_the_calibrated_twin
     assert compared.fit.test.explained != compared.fit.test.calibrated
 
 
-def claimed_by(rig, claim):
-    """The twin with a spring that is claimed to be there, beside a recording of a rig."""
-    ready = prepare(lumped(), [recorded(rig, 1)], [recorded(rig, 2)])
-    blank = Hypothesis(ready.train)
-    z = np.zeros(len(blank.unknowns))
-    scaled = Hypothesis(ready.train, scales=scales_of(ready.train, motions(ready.train, blank, z)))
-    grown = added(scaled, Candidate((claim,), priors_of([claim])), claim)
-    z = moved_to(grown, blank, z, claim)
-    return ready, Explanation(grown, fit(grown, z, most=1, free=np.zeros(len(z), bool)), 0.0)
-
-
 @pytest.mark.parametrize("played", [4000, 1e6])
 def test_mujoco_plays_the_strongest_part_of_what_takes_too_many_steps(monkeypatch, played):
     monkeypatch.setattr(comparison, "PLAYED", played)
-    ready, best = claimed_by(lumped(SPRING), SPRING)
-    compared = compare(ready, best, best, best, 0)
+    ready, nothing, best = claimed_by(lumped(SPRING))
+    compared = compare(ready, nothing, nothing, best, 0)
     assert not any("MuJoCo" in note for note in compared.notes)
     wrong = replace(compared.twins["explained"], mechanisms=())
     (note,) = comparison._in_mujoco(
         wrong, predictors(*placed(best.hypothesis, best.fit.z, ready.test)), best, ready
     )
     assert ("of the strongest inputs" in note) is (played == 4000)
-
-
-def test_the_strongest_part_is_where_the_inputs_have_most_power():
-    u = np.zeros((100, 2))
-    u[40:50, 0], u[42:44, 1], u[90, 0] = 1.0, 1e-3, 2.0
-    assert strongest(u, 10) == slice(40, 50)
-    assert strongest(u, 100) == slice(0, 100)

@@ -180,9 +180,10 @@ def _calibrated(model: OutputError, z: Array) -> Fit:
 def _screened(model: OutputError, z: Array, candidates: Sequence[Candidate]) -> list[Score]:
     """Return the best first guess of every candidate by the score test (Rao 1948)."""
     here = model.hypothesis
-    r = np.vstack(model.residuals(z))
-    white, slopes = model.whitened(z)
-    profiled = Profiled([slopes], [white], z[model.free])
+    runs = model.runs(z, model.free)
+    r = np.vstack([run.e for run in runs])
+    white, slopes = model.whitened(runs)
+    profiled = Profiled([slopes[:, model.free]], [white], z[model.free])
     best = {c.label: Score(c, c.starts[0], 0.0) for c in candidates}
     for candidate in candidates:
         for start in candidate.starts:

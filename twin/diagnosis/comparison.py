@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.arrays import strongest
 from twin.diagnosis.errors_of_runs import Errors, Fits
 from twin.diagnosis.explanation import Explanation
 from twin.diagnosis.exported import in_mujoco, twin_of
@@ -15,7 +16,6 @@ from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.predict import Predictor, noise_floors, nrmse, placed, predictors
 from twin.diagnosis.prepare import Prepared
 from twin.diagnosis.result import Trace
-from twin.diagnosis.scales import TINY
 from twin.model import Twin
 from twin.model.self_check import NOTED
 
@@ -118,16 +118,6 @@ def _errors(
 ) -> Errors:
     each = {name: nrmse(measured, values) for name, values in outputs.items()}
     return Errors(each["nominal"], each["calibrated"], each["explained"], floor)
-
-
-def strongest(u: Array, longest: int) -> slice:
-    """Return the part of so many samples at most in which inputs, (samples, r), have most power."""
-    if len(u) <= longest:
-        return slice(0, len(u))
-    size = np.sum(u**2 / np.maximum(np.mean(u**2, axis=0), TINY), axis=1)
-    total = np.concatenate([[0.0], np.cumsum(size)])
-    first = int(np.argmax(total[longest:] - total[:-longest]))
-    return slice(first, first + longest)
 
 
 def _in_mujoco(

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.arrays import rms_of
+from twin.arrays import rms_of, strongest
 from twin.diagnosis.measured import Measured
 from twin.diagnosis.portion import PART
 from twin.diagnosis.problem import Problem
@@ -82,8 +82,7 @@ def checked(twin: Twin, problem: Problem) -> tuple[str, ...]:
     """
     model, rate = problem.model, problem.sampling_hz
     loudest = max(problem.recordings, key=lambda r: _size(r.y))
-    first = _loudest_stretch(loudest.y)
-    u = loudest.u[first : first + PART]
+    u = loudest.u[strongest(loudest.y, PART)]
     laws = [m for m in problem.known if isinstance(m, Law)]
     cornered = any(law.abrupt or law.memory for law in laws)
     finer = FINER if cornered else 1
@@ -144,17 +143,6 @@ def _noise(problem: Problem) -> float:
 
 def _size(y: Array) -> float:
     return float(np.sqrt(np.nanmean(y**2)))
-
-
-def _loudest_stretch(y: Array) -> int:
-    """Return where the part of ``PART`` samples begins that has the most power."""
-    power = (
-        np.nan_to_num(y / np.maximum(rms_of(y - np.nan_to_num(np.nanmean(y, axis=0))), 1e-300)) ** 2
-    )
-    total = np.concatenate([[0.0], np.cumsum(power.sum(axis=1))])
-    if len(y) <= PART:
-        return 0
-    return int(np.argmax(total[PART:] - total[:-PART]))
 
 
 def _scale(problem: Problem, law: Law) -> tuple[float, float, float]:

@@ -24,8 +24,8 @@ from twin.estimation.fit import Fit, fit
 from twin.estimation.law_averages import LawAverages
 from twin.estimation.likelihood import Value
 from twin.estimation.parallel import each
-from twin.estimation.passing import Run, run
-from twin.estimation.sensitivities import STEP, plants_of, silent, slopes_of
+from twin.estimation.passing import Run, passed
+from twin.estimation.sensitivities import plants_of, silent, slopes_of
 
 Array = NDArray[np.float64]
 
@@ -87,16 +87,13 @@ class OutputError:
         )
 
         def one(index: int) -> Run:
-            plant, trial = plants[here.which[index]], here.trials[index]
-            if not slopes:
-                return run(here, trial, plant, silent(plant))
-            own = slopes[index]
-            found = run(here, trial, plant, silent(plant), own)
+            plant = plants[here.which[index]]
+            own = slopes[index] if slopes else None
+            found = passed(here, index, plant, silent(plant), none, own)
+            if own is None:
+                return found
             de = np.zeros((*found.e.shape, len(self.free)))
             de[:, :, own.columns] = found.de
-            for place, moved in own.taken_back.items():
-                near = run(here, moved.trials[index], plant, silent(plant))
-                de[:, :, own.columns[place]] = (near.e - found.e) / STEP
             return replace(found, de=de)
 
         with np.errstate(all="ignore"):
@@ -131,8 +128,7 @@ class OutputError:
         p = len(self.free)
         gradient, information = np.zeros(p), np.zeros((p, p))
         if derivatives:
-            white = self.whiten(r[:, :, None], r)[:, 0]
-            slopes = self.whiten(np.vstack([run.de for run in runs]), r)
+            white, slopes = self.whitened(runs)
             gradient, information = -slopes.T @ white, slopes.T @ slopes
         return Value(-0.5 * self.tau * len(r) * float(log_det), gradient, information, (), ())
 
@@ -145,11 +141,10 @@ class OutputError:
         root = np.sqrt(self.tau) * np.linalg.inv(np.linalg.cholesky(self.covariance(r)))
         return np.einsum("ij,njc->nic", root, change).reshape(-1, change.shape[-1])
 
-    def whitened(self, z: Array) -> tuple[Array, Array]:
-        """Return residuals and their slopes by the free unknowns, whitened, (N m,), (N m, f)."""
-        runs = self.runs(z, self.free)
+    def whitened(self, runs: Sequence[Run]) -> tuple[Array, Array]:
+        """Return residuals and their slopes by the unknowns, whitened, (N m,) and (N m, p)."""
         r, slopes = (np.vstack(part) for part in zip(*((a.e, a.de) for a in runs), strict=True))
-        return self.whiten(r[:, :, None], r)[:, 0], self.whiten(slopes[:, :, self.free], r)
+        return self.whiten(r[:, :, None], r)[:, 0], self.whiten(slopes, r)
 
 
 def independent_share(pieces: Sequence[Array]) -> float:

@@ -20,8 +20,8 @@ from twin.estimation.kalman import gains
 from twin.estimation.law_averages import LawAverages
 from twin.estimation.model import Assembly, Model, Trial
 from twin.estimation.parallel import each
-from twin.estimation.passing import Run, run
-from twin.estimation.sensitivities import STEP, Slopes, plants_of, slopes_of
+from twin.estimation.passing import Run, passed
+from twin.estimation.sensitivities import Slopes, plants_of, slopes_of
 from twin.estimation.system import Sampled
 
 Array = NDArray[np.float64]
@@ -69,11 +69,7 @@ def _passed(here: Assembly, plants: Sequence[Sampled], index: int, averages: Law
     noise = averages.beginning(here.noises[index])
     filtering = averages.filtering(plant)
     gain = gains(filtering, noise, equivalent=averages.equivalent, missing=trial.missing)
-    result = run(here, trial, plant, gain, slopes, averages=averages)
-    for place, assembly in slopes.taken_back.items() if slopes else ():
-        moved = run(here, assembly.trials[index], plant, gain, averages=averages)
-        result.de[:, :, place] = (moved.e - result.e) / STEP
-    return result
+    return passed(here, index, plant, gain, averages, slopes)
 
 
 def evaluate(

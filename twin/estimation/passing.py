@@ -14,6 +14,7 @@ from twin.estimation.lifted import Lifted
 from twin.estimation.low_pass import REACH
 from twin.estimation.model import Assembly, Trial
 from twin.estimation.sensitivities import (
+    STEP,
     Slopes,
     deviation_matrix,
     gain_matrices,
@@ -140,6 +141,22 @@ def run(
     e, de, deviation = deviations(filtering, trial, gain, trust, found, d)
     f = found.f + deviation @ averages.tangent(plant.system).T
     return Run(e, de, found.x + deviation, found.z, f, gain, plant, averages)
+
+
+def passed(
+    here: Assembly, index: int, plant: Sampled, gain: Gains, averages: LawAverages,
+    slopes: Slopes | None,
+) -> Run:  # fmt: skip
+    """Return the pass over one recording of an assembly, with derivatives where there are slopes.
+
+    Those by what changes the samples themselves are differences of passes. The arguments are those
+    of ``run``, and which recording it is.
+    """
+    found = run(here, here.trials[index], plant, gain, slopes, averages=averages)
+    for place, assembly in slopes.taken_back.items() if slopes else ():
+        moved = run(here, assembly.trials[index], plant, gain, averages=averages)
+        found.de[:, :, place] = (moved.e - found.e) / STEP
+    return found
 
 
 def _stepped(

@@ -20,7 +20,7 @@ SLIDERS, RATIO, FARTHEST = 12, 1.7, 2.0
 curve of first loading is met within 1 % from a hundredth of the reach to twice the reach."""
 
 LOG_RATIO = float(np.log(RATIO))
-"""The powers of the ratio are taken by it: a general power takes several times as long."""
+"""The powers of the ratio are taken by it: with general powers a flow takes twice as long."""
 
 SAME = 1e-6
 """Relative error within which sliders are those of a law: a model's text has more digits."""
