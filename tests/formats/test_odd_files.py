@@ -4,12 +4,15 @@ import datetime
 import gzip
 import io
 import zipfile
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from twin.errors import RecordingError, TwinError
 from twin.formats import read_recording
+
+OPEN_FILES = Path("/proc/self/fd")
 
 TIME = np.arange(6) / 8
 FORCE = np.array([0.0, 1.5, -2.25, 3.0, 0.125, -1.0])
@@ -124,6 +127,20 @@ def test_an_excel_sheet_with_dates_a_title_and_a_row_of_units_is_read(tmp_path):
     recording = read_recording(sheet(tmp_path / "r.xlsx", rows))
     assert recording.sampling_hz == 8.0
     assert [c.title for c in recording.channels] == HEADER[1:]
+
+
+@pytest.mark.skipif(not OPEN_FILES.is_dir(), reason="this system does not list open files")
+def test_a_damaged_sheet_is_not_left_open(tmp_path):
+    """openpyxl leaves a sheet with damaged styles open; it could not be deleted on Windows."""
+    path = sheet(tmp_path / "r.xlsx", [HEADER, [0, 1, 2], [1, 2, 3]])
+    with zipfile.ZipFile(path) as whole:
+        parts = {name: whole.read(name) for name in whole.namelist()}
+    with zipfile.ZipFile(path, "w") as harmed:
+        for name, content in parts.items():
+            harmed.writestr(name, content[:200] if name == "xl/styles.xml" else content)
+    with pytest.raises(RecordingError, match=r"r\.xlsx: damaged, or no Excel file"):
+        read_recording(path)
+    assert path.resolve() not in [entry.resolve() for entry in OPEN_FILES.iterdir()]
 
 
 def test_a_missing_reader_of_sheets_is_said(tmp_path, monkeypatch):

@@ -20,8 +20,9 @@ def read(path: Path) -> Table:
         RecordingError: damaged, or without a sheet that holds anything.
     """
     openpyxl = library("openpyxl", path)
-    with decoding(path, "Excel"):
-        book = openpyxl.load_workbook(path, read_only=True, data_only=True)
+    # Opened here: openpyxl leaves a file open that it cannot read.
+    with decoding(path, "Excel"), path.open("rb") as file:
+        book = openpyxl.load_workbook(file, read_only=True, data_only=True)
         try:
             for sheet in book.worksheets:
                 rows = [list(row) for row in sheet.iter_rows(values_only=True)]
