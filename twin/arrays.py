@@ -17,6 +17,15 @@ def frozen(values: ArrayLike, dtype: Any = None) -> NDArray[Any]:
     return array
 
 
+def plain(values: ArrayLike) -> NDArray[np.float64]:
+    """Return a copy in rows that may be written to.
+
+    A loop is compiled for each kind of array that it is given, read-only ones and others, which
+    takes half a minute where the loop is long.
+    """
+    return np.array(values, dtype=float, order="C")
+
+
 def rms_of(y: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the RMS of the columns of samples, (m,); 0 of one that is left out whole."""
     there = ~np.isnan(y)

@@ -7,7 +7,8 @@ import pytest
 from diagnosis_support import lumped, recorded
 
 from twin.diagnosis.candidates import motions, scales_of
-from twin.diagnosis.hypothesis import DISCREPANCY_SHARE, Hypothesis
+from twin.diagnosis.discrepancy import DISCREPANCY_SHARE
+from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.predict import predictors
 from twin.diagnosis.prepare import prepare
 from twin.diagnosis.sizes import forces, left_share, negligible, of_known

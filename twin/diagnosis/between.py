@@ -20,7 +20,7 @@ from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.plant import structure_of
 from twin.diagnosis.portion import on_a_part
 from twin.diagnosis.problem import Between, Problem
-from twin.estimation.fit import Fit, fit
+from twin.estimation.fit import WORTH, Fit, fit
 from twin.estimation.trust import BESIDE_NOISE
 from twin.mechanisms.sensor_delay import SensorDelay
 
@@ -99,9 +99,13 @@ def again(hypothesis: Hypothesis, found: Fit, steps: int = FEW) -> tuple[Hypothe
 def _better(
     hypothesis: Hypothesis, found: Fit, problems: Sequence[Problem], steps: int
 ) -> tuple[Hypothesis, Fit]:
-    """Return the likeliest of a fit and fits of other problems, a few steps each."""
+    """Return the likeliest of a fit and fits of other problems, a few steps each.
+
+    Others begin where it ended, and so gain something by their steps alone: not less than ``WORTH``
+    counts.
+    """
     own = _odds(hypothesis.problem)
-    best = hypothesis, found, found.log_evidence - own
+    best = hypothesis, found, found.log_evidence - own + WORTH
     for problem in problems:
         other, odds = replace(hypothesis, problem=problem), _odds(problem)
         rival = found.log_posterior - own + odds
@@ -124,7 +128,7 @@ def _open(hypothesis: Hypothesis, found: Fit, steps: int) -> bool:
     own = attempted(part, found.z, steps, near=found.averages)
     if own is None:
         return True
-    least = own.log_evidence - _odds(hypothesis.problem)
+    least = own.log_evidence - _odds(hypothesis.problem) + WORTH
     for problem in (problem for others in _groups(part) for problem in others(part, own)):
         odds = _odds(problem)
         tried = attempted(replace(part, problem=problem), own.z, steps, least + odds,

@@ -226,7 +226,8 @@ def with_noise(explanation: Explanation) -> Explanation:
         for output, value in zip(problem.model.outputs, rms, strict=True):
             level[f"noise of {output} in {recording.name}"] = value
     for law, force in zip(hypothesis.laws, model.law_forces(z), strict=True):
-        level[f"discrepancy {law.place}"] = error * force
+        name = f"discrepancy {hypothesis.port_of(law.place)}"
+        level[name] = max(level.get(name, 0.0), error * force)
     for i, unknown in enumerate(hypothesis.unknowns):
         if unknown.name in level:
             value = np.log(max(level[unknown.name], 1e-300))

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from twin.diagnosis.beginning import as_sharp, attempted, likeliest
 from twin.diagnosis.between import again
 from twin.diagnosis.candidates import Candidate, motions
+from twin.diagnosis.discrepancy import DISCREPANCY_SHARE
 from twin.diagnosis.drawing import odds_of
-from twin.diagnosis.hypothesis import DISCREPANCY_SHARE, Hypothesis
+from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.missing_force import nonlinear_share
 from twin.diagnosis.portion import ROUGH, SURE, on_a_part
 from twin.diagnosis.problem import LINEAR_PHASE

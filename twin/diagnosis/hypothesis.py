@@ -18,10 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis.blurring import CUT_OFF, smear
+from twin.diagnosis.discrepancy import port_of, smeared_outputs, unknowns_at
 from twin.diagnosis.mending import as_read
 from twin.diagnosis.parts import parts_of, yielding
 from twin.diagnosis.plant import structure_of
-from twin.diagnosis.plants import TINY, Plants, in_each, plants_at, start_covariance
+from twin.diagnosis.plants import Plants, in_each, plants_at, start_covariance
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.scales import Scales
 from twin.diagnosis.straight import ringing
@@ -35,14 +36,6 @@ Array = NDArray[np.float64]
 
 KEPT = 4
 """Plants that are kept: those of a point and of a step from it."""
-
-SEEN = 0.01
-"""Share of the largest acceleration that an output may see of any motion, from which it sees that
-of a law's force."""
-
-DISCREPANCY_SHARE, DISCREPANCY_DEVIATION = 0.01, 2.0
-"""Prior of a law's discrepancy: a hundredth of the forces at its port, give or take a factor of
-seven; of a channel's that sees it jump, the same of its reading."""
 
 RANGED = 1.0
 """Prior deviation of the logarithm of what an instrument adds to one recording over what it adds to
@@ -74,18 +67,16 @@ class Hypothesis:
     @cached_property
     def ports(self) -> tuple[str, ...]:
         """Ports of the laws, found or held by the model, each once: there stands a discrepancy."""
-        return tuple(dict.fromkeys(law.place for law in self._every_law))
+        return tuple(dict.fromkeys(self.port_of(law.place) for law in self._every_law))
+
+    def port_of(self, place: str) -> str:
+        """Return the port where the discrepancy of laws at a port stands."""
+        return port_of(place, self._every_law, self.problem.model)
 
     @cached_property
     def smeared(self) -> tuple[str, ...]:
         """Outputs that see the force of a law that jumps: there stands a discrepancy, too."""
-        model = self.problem.model
-        seen = np.zeros(len(model.outputs))
-        for law in (law for law in self._every_law if law.jumps):
-            moved = np.linalg.solve(model.M, model.port(law.place))
-            through = np.abs(model.Ca @ moved) / np.linalg.norm(moved)
-            seen = np.maximum(seen, through / np.maximum(np.max(np.abs(model.Ca), axis=1), 1e-300))
-        return tuple(n for n, s in zip(model.outputs, seen, strict=True) if s > SEEN)
+        return smeared_outputs(self._every_law, self.problem.model)
 
     @property
     def _every_law(self) -> tuple[Law, ...]:
@@ -147,10 +138,7 @@ class Hypothesis:
                 size, quick = self.problem.readings[place], CUT_OFF * self.problem.sampling_hz / 2
             else:
                 size, quick = self.around(place)[0], self.middle_hz
-            level = float(np.log(DISCREPANCY_SHARE * max(size, TINY)))
-            out.append(Unknown(f"discrepancy {place}", level, DISCREPANCY_DEVIATION, True,
-                               level=True))  # fmt: skip
-            out.append(Unknown(f"discrepancy {place} frequency", float(np.log(quick)), 1.0, True))
+            out += unknowns_at(place, size, quick)
         ranged = [
             Unknown(f"{m.name} {m.place} in {r.name}", 0.0, RANGED, True, "system", t)
             for m in self._ranged

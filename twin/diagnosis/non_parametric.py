@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from twin.diagnosis.beginning import added, moved_to
 from twin.diagnosis.candidates import Candidate
-from twin.diagnosis.hypothesis import DISCREPANCY_SHARE, Hypothesis
+from twin.diagnosis.discrepancy import DISCREPANCY_SHARE
+from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.missing_force import along_motion, needed, smooth
 from twin.diagnosis.motion import Motion
 from twin.diagnosis.sizes import left_share

@@ -16,7 +16,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnosis.hypothesis import DISCREPANCY_SHARE, Hypothesis
+from twin.diagnosis.discrepancy import DISCREPANCY_SHARE
+from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.predict import Predictor
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.pushes import altered, push_of, pushes, read, rms, unexplained_in
@@ -83,9 +84,10 @@ def negligible(
     out = []
     for index, (mechanism, size) in enumerate(zip(mechanisms, sizes, strict=True)):
         left = max(inexact(mechanisms, sizes, index, known), of_known(problem, mechanism, known))
-        greatest = _greatest(mechanisms, sizes, mechanism.place)
+        own = hypothesis.port_of(mechanism.place) if isinstance(mechanism, Law) else None
+        greatest = _greatest(hypothesis, mechanisms, sizes, own)
         for port in hypothesis.ports:
-            if port != mechanism.place or index != greatest:
+            if port != own or index != greatest:
                 level = _left_at(port, fit, problem)
                 left = max(left, level * float(np.linalg.norm(model.port(port))))
         if isinstance(mechanism, StructuralChange) and mechanism.verdict == "parameter":
@@ -122,10 +124,12 @@ def _unheard(push: Array, model: LinearModel, latent: Mapping[str, float]) -> bo
 
 
 def _greatest(
-    mechanisms: Sequence[Mechanism], sizes: Sequence[float | None], port: str
-) -> int | None:
-    """Return the index of the greatest law at a port."""
-    laws = [i for i, m in enumerate(mechanisms) if isinstance(m, Law) and m.place == port]
+    hypothesis: Hypothesis, mechanisms: Sequence[Mechanism], sizes: Sequence[float | None],
+    port: str | None,
+) -> int | None:  # fmt: skip
+    """Return the index of the greatest law at a port where a discrepancy stands."""
+    laws = [i for i, m in enumerate(mechanisms)
+            if isinstance(m, Law) and hypothesis.port_of(m.place) == port]  # fmt: skip
     return max(laws, key=lambda i: sizes[i] or 0.0, default=None)
 
 
@@ -142,8 +146,9 @@ def left_share(
     """
     if not isinstance(mechanism, Law) or size is None:
         return None
-    row = hypothesis.problem.model.port(mechanism.place)
-    left = _left_at(mechanism.place, fit, hypothesis.problem) * float(np.linalg.norm(row))
+    port = hypothesis.port_of(mechanism.place)
+    row = hypothesis.problem.model.port(port)
+    left = _left_at(port, fit, hypothesis.problem) * float(np.linalg.norm(row))
     return float(left / np.hypot(left, size)) if left or size else None
 
 

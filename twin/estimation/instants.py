@@ -106,7 +106,7 @@ def blown(here: Assembly, index: int, plant: Sampled) -> tuple[dict[int, Array],
     seen, response = np.zeros((samples, len(system.F))), hat_response(low_pass, steps)
     when = plant.step_s / np.sqrt(3)
     for j, law in enumerate(here.laws):
-        if not _jumps(laws[j], numbers[j].ctypes.data, push[j, j], here.scales[j, 2]):
+        if not _jumps(laws[j], numbers[j], push[j, j], here.scales[j, 2]):
             continue
         _, d, v = here.scales[j, :3]
         impulse = when * abs(float(law.force(d, v, 0.0, 0.0, *here.numbers[j, : law.count])))
@@ -159,7 +159,8 @@ def _strayed(A: Array, Q: Array, samples: int) -> Array:
 @numba.njit(nogil=True, cache=True)
 def _jumps(law, numbers, ev, scale):
     """Return whether a law jumps with the rate, a newton of which changes that by ev in a part."""
-    return law[2] == 0 and rate_share(law, numbers, 0.0, 0.0, ev, 0.0, scale) >= RESOLVED
+    address = numbers.ctypes.data
+    return law[2] == 0 and rate_share(law, address, 0.0, 0.0, ev, 0.0, scale) >= RESOLVED
 
 
 @numba.njit(nogil=True, cache=True)
@@ -184,7 +185,7 @@ def _neighbours(
     count, still = len(laws), np.zeros(1)
     for j in range(count):
         at, ed, ev = numbers[j].ctypes.data, push[j, j], push[count + j, j]
-        if not _jumps(laws[j], at, ev, scales[j, 2]):
+        if not _jumps(laws[j], numbers[j], ev, scales[j, 2]):
             continue
         for a, side in enumerate((1.0, -1.0)):
             left, slope, more = sizes[0, j], 1.0, 0.0

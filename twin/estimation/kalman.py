@@ -8,6 +8,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.arrays import plain
 from twin.estimation.products import add_product
 from twin.estimation.system import Noise, Sampled
 
@@ -82,7 +83,7 @@ def gains(
     A, C, W, V, Q, R, P = matrices_of(sampled, noise, equivalent)
     try:
         state, held, innovation = _sequence(
-            np.ascontiguousarray(A), np.ascontiguousarray(C), W, V, Q, R, noise.start, P,
+            A, C, W, V, Q, R, noise.start, P,
             -1 if first is None else first,
             np.zeros((0, 0), bool) if missing is None else np.ascontiguousarray(missing),
             *noise.in_order(),
@@ -100,12 +101,12 @@ def start_covariances(
     ``LONGEST_START`` at most. Arguments are those of ``gains``, and what it returned.
     """
     A = sampled.whole if equivalent is None else sampled.whole + equivalent.whole
-    W = np.ascontiguousarray(sampled.entry)
+    W = plain(sampled.entry)
     spread = W * noise.held
     first = min(len(gain.state) - 1, LONGEST_START)
     return np.asarray(
         _covariances(
-            np.ascontiguousarray(A), W, spread @ spread.T + sampled.Q, noise.start,
+            plain(A), W, spread @ spread.T + sampled.Q, noise.start,
             gain.state[:first], gain.held[:first], gain.innovation[:first],
         )
     )  # fmt: skip
@@ -140,8 +141,7 @@ def matrices_of(
     A, C = sampled.whole, system.C
     if equivalent is not None:
         A, C = A + equivalent.whole, C + equivalent.C
-    W = np.ascontiguousarray(sampled.entry * noise.held)
-    V = np.ascontiguousarray(system.V * noise.held)
+    A, C, W, V = plain(A), plain(C), plain(sampled.entry * noise.held), plain(system.V * noise.held)
     R = np.diag(noise.output**2)
     Q = W @ W.T + sampled.Q
     P = stationary(A, C, Q, R + V @ V.T, W @ V.T)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.arrays import plain
 from twin.estimation.kalman import Gains
 from twin.estimation.law_averages import LawAverages
 from twin.estimation.laws import addresses, no_memory
@@ -122,11 +123,10 @@ def run(
     n = len(plant.A)
     d = slopes or no_slopes(plant, gain, numbers, 0 if dx0 is None else dx0.shape[1])
     p = len(d.order)
-    c = np.ascontiguousarray
     known = averages.start if x0 is None else x0
-    begun = np.zeros(n) if known is None else c(known, dtype=float)
-    dfirst = np.zeros((n, p)) if dx0 is None else c(dx0[:, d.order])
-    memories = no_memory(assembly.laws) if z0 is None else c(z0, dtype=float)
+    begun = np.zeros(n) if known is None else plain(known)
+    dfirst = np.zeros((n, p)) if dx0 is None else plain(dx0[:, d.order])
+    memories = no_memory(assembly.laws) if z0 is None else plain(z0)
     trust = trust_in(gain, averages.blur)
     if plant.driven is None:
         passed = _stepped(
@@ -136,7 +136,7 @@ def run(
         return Run(*passed, gain, plant, averages)
     # what the simulation and what is simulated do, and how far the motion deviates from it
     told = p if dx0 is not None else d.numbers.shape[2]
-    found = simulated(plant, assembly, trial, begun, c(dfirst[:, :told]), memories, begin_s, d)
+    found = simulated(plant, assembly, trial, begun, plain(dfirst[:, :told]), memories, begin_s, d)
     filtering = averages.filtering(plant)
     e, de, deviation = deviations(filtering, trial, gain, trust, found, d)
     f = found.f + deviation @ averages.tangent(plant.system).T
@@ -164,7 +164,7 @@ def _stepped(
     x0: Array, dx0: Array, z0: Array, begin_s: float, d: Slopes,
 ) -> tuple[Array, Array, Array, Array, Array]:  # fmt: skip
     """Return innovations, their derivatives, states, memories and forces of a plant with laws."""
-    (samples, m), laws, c = trial.y.shape, len(assembly.laws), np.ascontiguousarray
+    (samples, m), laws = trial.y.shape, len(assembly.laws)
     e, de = np.empty((samples, m)), np.empty((samples, m, len(d.order)))
     x, f = np.empty((samples, len(x0))), np.empty((samples, laws))
     z = np.empty((samples, *z0.shape))
@@ -178,11 +178,11 @@ def _stepped(
         read, dread = np.insert(read, seen, np.eye(m), axis=1), np.insert(dread, seen, 0.0, axis=1)
         u, between = (np.pad(a, ((0, 0), (0, m))) for a in (u, between))
     predict(
-        addresses(assembly.laws), step.over, step.reach, step.push, c(read),
+        addresses(assembly.laws), step.over, step.reach, step.push, plain(read),
         np.vstack([plant.system.drift, plant.system.rate]), numbers_of(assembly), gain, trust,
-        doubt, c(u), c(between), c(d.missed), c(trial.y), x0, z0, begin_s, trial.step_s,
-        c(assembly.scales), dstep.over, dstep.reach, dstep.push, dread, d.gain, d.numbers, dx0,
-        d.order, e, de, x, z, f,
+        doubt, plain(u), plain(between), plain(d.missed), plain(trial.y), x0, z0, begin_s,
+        trial.step_s, plain(assembly.scales), dstep.over, dstep.reach, dstep.push, dread, d.gain,
+        d.numbers, dx0, d.order, e, de, x, z, f,
     )  # fmt: skip
     return e, de, x, z, f
 
@@ -209,7 +209,7 @@ def simulated(
         d: derivatives.
     """
     assert plant.driven is not None
-    (samples, m), numbers, c = trial.y.shape, numbers_of(assembly), np.ascontiguousarray
+    (samples, m), numbers = trial.y.shape, numbers_of(assembly)
     laws, q, own = len(numbers), dx0.shape[1], plant.driven.plant
     weights = plant.driven.weights
     fine = trial.finely(assembly.held, plant.steps)
@@ -219,10 +219,10 @@ def simulated(
     z, moved = np.empty((samples, *z0.shape)), np.empty((parts + 1, 2 * laws))
     modes = plant.driven.simulated.modes
     simulate(addresses(assembly.laws), modes.of_step(simulation_matrix(plant)), modes.near,
-             ports @ modes.to, numbers, c(fine), modes.back @ x0, z0, begin_s, plant.steps,
-             trial.step_s, c(assembly.scales), modes.of_step(d.simulated), d.numbers,
+             ports @ modes.to, numbers, plain(fine), modes.back @ x0, z0, begin_s, plant.steps,
+             trial.step_s, plain(assembly.scales), modes.of_step(d.simulated), d.numbers,
              modes.back @ dx0, forces, dforces, z, moved)  # fmt: skip
-    more, du = (np.ascontiguousarray(part) for part in
+    more, du = (plain(part) for part in
                 filtered(forces, dforces, weights, plant.steps, samples))  # fmt: skip
     e, de, x = np.empty((samples, m)), np.empty((samples, m, q)), np.empty((samples, len(x0)))
     none, n, held = np.zeros((samples, 0)), len(x0), own.W.shape[1]
@@ -230,8 +230,9 @@ def simulated(
     predict(
         addresses(()), over.over, over.reach, over.push, read_matrix(own), np.zeros((0, n)),
         numbers[:0], np.zeros((1, n + held, m)), np.zeros((0, 0, 0)), np.zeros((0, 0, 0, 0)),
-        np.hstack([trial.u, more[:, :laws], 0 * more[:, laws:]]), np.hstack([trial.between, more]),
-        du if q else np.zeros((0, 0, 0)), c(trial.y), x0, still, begin_s, trial.step_s,
+        plain(np.hstack([trial.u, more[:, :laws], 0 * more[:, laws:]])),
+        plain(np.hstack([trial.between, more])), du if q else np.zeros((0, 0, 0)), plain(trial.y),
+        x0, still, begin_s, trial.step_s,
         np.ones((0, 4)), dover.over, dover.reach, dover.push, d.read,
         np.zeros((1, n + held, m, q)), d.numbers[:0], dx0, np.arange(q), e, de, x,
         np.zeros((samples, *still.shape)), none.copy(),
@@ -276,9 +277,10 @@ def deviations(
     predict(
         addresses(()), np.hstack([deviation_matrix(plant), np.zeros((n, 2 * m))]), none, none,
         np.hstack([plant.system.C, -np.eye(m)]), np.zeros((0, n)), np.zeros((0, 0)),
-        gain_matrices(gain), trust, doubt_of(gain, trust, d), beyond.e, np.zeros((samples, m)),
+        gain_matrices(gain), trust, doubt_of(gain, trust, d), plain(beyond.e),
+        np.zeros((samples, m)),
         beyond.de if beyond.de.size else np.zeros((0, 0, 0)),
-        np.where(np.isnan(trial.y), np.nan, 0.0), np.zeros(n), still, 0.0, trial.step_s,
+        plain(np.where(np.isnan(trial.y), np.nan, 0.0)), np.zeros(n), still, 0.0, trial.step_s,
         np.ones((0, 4)), dstep, none[..., None], none[..., None], dread, d.gain,
         np.zeros((0, 0, 0)), np.zeros((n, p)), d.order, e, de, x,
         np.zeros((samples, *still.shape)), np.zeros((samples, 0)),

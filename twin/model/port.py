@@ -125,18 +125,18 @@ def find_port(ports: Mapping[str, Port], name: str) -> Port:
 def distinct(ports: Mapping[str, Port], kind: PortKind | None = None) -> tuple[str, ...]:
     """Return the ports of a kind or of all, one of those that always move in proportion.
 
-    Of these the first that is in metres is kept, else the first. Two move in proportion where their
-    rows are parallel to one part in 10^6.
+    Of these the first that is in metres is kept, else the first.
     """
     kept: list[str] = []
     of_kind = [name for name, port in ports.items() if kind in (port.kind, None)]
     for name in sorted(of_kind, key=lambda name: ports[name].unit != "m"):
-        if not any(_parallel(ports[name].row, ports[other].row) for other in kept):
+        if not any(parallel(ports[name].row, ports[other].row) for other in kept):
             kept.append(name)
     return tuple(name for name in of_kind if name in kept)
 
 
-def _parallel(a: Array, b: Array) -> bool:
+def parallel(a: Array, b: Array) -> bool:
+    """Return whether ports with these rows, (n,), move in proportion, to one part in 10^6."""
     size = float(np.linalg.norm(a) * np.linalg.norm(b))
     return abs(abs(float(a @ b)) / size - 1) < 0.5e-12 if size else False
 

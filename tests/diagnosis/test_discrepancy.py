@@ -1,0 +1,45 @@
+"""Where the discrepancy of laws stands."""
+
+import numpy as np
+import pytest
+from diagnosis_support import lumped, recorded
+
+from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.prepare import prepare
+from twin.mechanisms.cubic_stiffness import CubicStiffness
+from twin.mechanisms.hysteresis import Hysteresis
+from twin.model import Twin
+
+
+def hypothesis(twin, model=None):
+    train, test = recorded(twin, 1, seconds=4.0), recorded(twin, 2, seconds=4.0)
+    return Hypothesis(prepare(model or twin, [train], [test]).train)
+
+
+def discrepancies(h):
+    return [u.name for u in h.unknowns if u.name.startswith("discrepancy") and u.level]
+
+
+def test_sliders_at_one_place_have_one_discrepancy(tmp_path):
+    """Six latent forces there would be one: 3.5 times the unknowns of a likelihood that is flat."""
+    twin = lumped(Hysteresis("storey2", 150.0, 0.2, 1.0, 150.0))
+    written = Twin.load(twin.export(tmp_path / "own.xml"))
+    h = hypothesis(twin, written)
+    sliders = h.problem.known
+    assert len(sliders) > 1
+    assert len({slider.place for slider in sliders}) == len(sliders)
+    assert discrepancies(h) == [f"discrepancy {sliders[0].place}"]
+    assert {h.port_of(slider.place) for slider in sliders} == {sliders[0].place}
+
+
+@pytest.mark.parametrize(
+    ("places", "count"),
+    [(("storey1", "floor1"), 1), (("storey1", "storey2"), 2), (("storey2", "floor2-floor1"), 1)],
+)
+def test_laws_that_move_in_proportion_have_one_discrepancy(places, count):
+    problem = hypothesis(lumped()).problem
+    laws = tuple(CubicStiffness(place, 1e5) for place in places)
+    assert np.linalg.matrix_rank(np.array([problem.model.port(place) for place in places])) == count
+    h = Hypothesis(problem, laws)
+    assert h.ports == places[:count]
+    assert h.port_of(places[1]) == places[count - 1]
