@@ -20,7 +20,7 @@ from twin.mechanisms.coulomb_friction import CoulombFriction
 
 def test_a_force_that_stood_for_two_laws_goes_when_both_are_there():
     both = lumped(CoulombFriction("storey1", 0.4), Bumper("storey1", 15000.0, 0.0015))
-    train = [recorded(both, seed, scale=2.0, seconds=8.0, noise=5e-3) for seed in (11, 12)]
+    train = [recorded(both, seed, scale=2.0, seconds=5.0, noise=5e-3) for seed in (11, 12)]
     ready = prepare(lumped(), train, [recorded(both, 3, scale=2.0, seconds=8.0)])
     problem = ready.train
     blank = Hypothesis(problem)

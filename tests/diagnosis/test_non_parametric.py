@@ -16,8 +16,6 @@ NAMES = ("cubic_stiffness", "quadratic_stiffness", "coulomb_friction", "stiffnes
          "restoring_force")  # fmt: skip
 ACROSS = np.array([-1.0, 1.0])
 
-pytestmark = pytest.mark.xdist_group("pulled")  # which takes a minute, once
-
 
 def magnet(drift, rate):
     """A magnet's pull at a distance of 12 mm, less what it is at rest, as no polynomial is."""
