@@ -1,14 +1,18 @@
 """Where a recording begins a force that jumps is unknown by as much as it is."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from estimation_support import CUBIC, FRICTION, TwoMasses, shaken
 from scipy.stats import norm
 
+from twin.arrays import frozen
 from twin.estimation.averages import averages_at
-from twin.estimation.kalman import gains, start_covariances
+from twin.estimation.kalman import gains, start_covariances, stationary
 from twin.estimation.passing import run
 from twin.estimation.sensitivities import plants_of
+from twin.estimation.stepping import predict
 from twin.estimation.unknown_forces import _variance, unknown_forces
 
 PORTS = ((1.0, 0.0),)
@@ -35,6 +39,21 @@ def test_covariances_lead_from_the_first_to_the_stationary_one():
         rest = gain.innovation[k] - C @ found[k] @ C.T
         noise = gain.innovation[-1] - C @ gain.predicted @ C.T
         assert rest == pytest.approx(noise, rel=1e-6, abs=1e-9 * np.max(np.abs(noise)))
+
+
+def test_loops_are_compiled_once_in_whatever_arrays_a_recording_is():
+    """Each kind of array costs half a minute before the first result."""
+    here, result, _, gain = passed(CUBIC)
+    trial, plant = here.trials[0], result.sampled
+    kinds = len(predict.signatures), len(stationary.signatures)
+    still = {"u": frozen(trial.u), "between": frozen(trial.between), "y": frozen(trial.y)}
+    columns = {name: np.asfortranarray(values) for name, values in still.items()}
+    for arrays in (still, columns):
+        again = run(here, replace(trial, **arrays), plant, gain)
+        np.testing.assert_array_equal(again.e, result.e)
+    other = replace(plant.system, C=np.asfortranarray(plant.system.C))
+    gains(replace(plant, system=other), here.noises[0])
+    assert (len(predict.signatures), len(stationary.signatures)) == kinds
 
 
 def spread(here, result, gain):
