@@ -18,12 +18,12 @@ def frozen(values: ArrayLike, dtype: Any = None) -> NDArray[Any]:
 
 
 def plain(values: ArrayLike) -> NDArray[np.float64]:
-    """Return a copy in rows that may be written to.
+    """Return an array in rows that may be written to: the same, or a copy where it is none.
 
     A loop is compiled for each kind of array that it is given, read-only ones and others, which
     takes half a minute where the loop is long.
     """
-    return np.array(values, dtype=float, order="C")
+    return np.require(values, dtype=float, requirements=("C", "W"))
 
 
 def rms_of(y: NDArray[np.float64]) -> NDArray[np.float64]:
