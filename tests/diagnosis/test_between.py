@@ -8,7 +8,7 @@ from diagnosis_support import lumped, rng, tones
 from diagnosis_support import recorded as frame
 
 from twin.diagnosis.beginning import added, moved_to, start_of
-from twin.diagnosis.between import again, choose, filter_in_words, in_words
+from twin.diagnosis.between import _better, again, choose, filter_in_words, in_words
 from twin.diagnosis.candidates import Candidate, priors_of
 from twin.diagnosis.explanation import seen_otherwise
 from twin.diagnosis.hypothesis import Hypothesis
@@ -119,3 +119,17 @@ def test_only_a_law_whose_force_jumps_is_simulated_or_follows_the_motion(problem
     assert not stops.jumps
     both = replace(stops, mechanisms=(*rubs.mechanisms, *stops.mechanisms))
     assert len(seen_otherwise(both)) == 2
+
+
+@pytest.mark.parametrize(("off", "changed"), [(0.7, False), (2.5, True)])
+def test_what_a_fit_s_own_further_steps_give_is_no_gain_of_other_inputs(off, changed):
+    """From so many deviations off, steps give a quarter of a nat, and three."""
+    twin = lumped()
+    h = Hypothesis(prepare(twin, [frame(twin, 1)], [frame(twin, 2)]).train)
+    best = fit(h, start_of(h))
+    z = best.z.copy()
+    z[0] += off / np.sqrt(np.linalg.inv(best.covariance)[0, 0])
+    short = fit(h, z, enough=100.0)
+    assert best.log_posterior - short.log_posterior == pytest.approx(off**2 / 2, rel=0.02)
+    chosen, _ = _better(h, short, [replace(h.problem)], 5)
+    assert (chosen is not h) is changed
