@@ -6,7 +6,7 @@ import numpy as np
 from diagnosis_support import lumped, recorded
 
 from twin.diagnosis import explanation
-from twin.diagnosis.beginning import start_of
+from twin.diagnosis.beginning import likeliest, start_of
 from twin.diagnosis.between import again
 from twin.diagnosis.candidates import priors_of
 from twin.diagnosis.explanation import (
@@ -21,6 +21,7 @@ from twin.diagnosis.portion import SURE, on_a_part
 from twin.diagnosis.prepare import prepare
 from twin.diagnosis.scales import Scales
 from twin.estimation.fit import fit
+from twin.estimation.low_pass import LowPass
 from twin.mechanisms.coulomb_friction import CoulombFriction
 from twin.mechanisms.unmeasured_force import UnmeasuredForce
 
@@ -59,14 +60,31 @@ def test_what_ends_with_laws_seen_as_another_option_has_them_speaks_for_that_one
     simulated, followed = seen_otherwise(rubbing(24.0))
     z, own = start_of(simulated), explanation.again
 
-    def turned(h, found, steps):
+    def turned(h, found, steps, enough):
         if h.problem.low_pass is not None:
-            return own(h, found, steps)
+            return own(h, found, steps, enough)
         there = replace(h, problem=replace(h.problem, low_pass=simulated.problem.low_pass))
         return there, replace(found, log_evidence=1e9)  # far better than anything that follows
 
     monkeypatch.setattr(explanation, "again", turned)
-    assert [h for h, _ in within_reach([simulated, followed], z)] == [simulated]
+    ((kept, _),) = within_reach([simulated, followed], z)
+    assert kept.simulated
+
+
+def test_all_samples_begin_with_the_filter_that_the_part_led_to(monkeypatch):
+    simulated, followed = seen_otherwise(rubbing(24.0))
+    found_there = LowPass(0.8, 6)
+
+    def turned(h, found, steps, enough):
+        seen = None if h.problem.low_pass is None else found_there
+        return replace(h, problem=replace(h.problem, low_pass=seen)), found
+
+    monkeypatch.setattr(explanation, "again", turned)
+    begun = within_reach([simulated, followed], start_of(simulated))
+    assert all(h.problem.samples == simulated.problem.samples for h, _ in begun)
+    assert {h.problem.low_pass for h, _ in begun} <= {found_there, None}
+    for h, z in begun:
+        assert likeliest(h, [z])[0] > likeliest(h, [start_of(h)])[0]
 
 
 def test_one_alone_is_never_ruled_out():

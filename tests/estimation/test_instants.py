@@ -9,12 +9,13 @@ from scipy.linalg import solve_discrete_lyapunov
 from scipy.signal import firwin, resample_poly
 from test_simulated import model, recorded, truth
 
-from twin.estimation.blows import Blows
-from twin.estimation.instants import _neighbours, _strayed, _variances
+from twin.estimation.blows import FARTHEST, Blows
+from twin.estimation.instants import _neighbours, _strayed, _variances, blown
 from twin.estimation.laws import addresses
 from twin.estimation.likelihood import evaluate, gaussian
 from twin.estimation.low_pass import LowPass
 from twin.estimation.model import Trial
+from twin.estimation.sensitivities import plants_of
 
 FORCE, PART_S = 0.6, 1e-3
 NUMBERS = np.array([[FORCE, 1e-9]])
@@ -146,3 +147,15 @@ def test_friction_holds_until_a_blow_and_not_until_its_ringing():
     (rung, _), (blown, white) = found
     assert blown > rung + 500
     assert np.max(np.abs(white)) < 6.0
+
+
+def test_where_a_filter_shows_nothing_of_a_blow_any_more_readings_are_certain():
+    plain = struck()
+    told = replace(plain, blows=Blows(plain.u, LowPass(1.0)))
+    of = replace(model(LowPass(1.0)), trials=(told,))
+    here = of.assemble(truth(of))
+    (plant,) = plants_of(here, of)
+    _, seen = blown(here, 0, plant)
+    (onset,) = told.blows.onsets(plant.steps)
+    assert np.max(seen[int(onset) : int(onset) + 2]) > 0.02**2  # what its noise is
+    assert not np.any(seen[int(onset) + FARTHEST + 1 :])

@@ -20,6 +20,7 @@ from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.plant import structure_of
 from twin.diagnosis.portion import on_a_part
 from twin.diagnosis.problem import Between, Problem
+from twin.estimation.fit import ENOUGH as WORTH_A_STEP
 from twin.estimation.fit import WORTH, Fit, fit
 from twin.estimation.trust import BESIDE_NOISE
 from twin.mechanisms.sensor_delay import SensorDelay
@@ -72,7 +73,9 @@ def _late(hypothesis: Hypothesis, found: Fit) -> tuple[Hypothesis, Array]:
     return grown, z
 
 
-def again(hypothesis: Hypothesis, found: Fit, steps: int = FEW) -> tuple[Hypothesis, Fit]:
+def again(
+    hypothesis: Hypothesis, found: Fit, steps: int = FEW, enough: float = WORTH_A_STEP
+) -> tuple[Hypothesis, Fit]:
     """Return a fit with other inputs between the samples, or another analyser, if likelier now.
 
     A twin that lacks much takes them for what they are not. Others are fitted from where it is, a
@@ -83,6 +86,7 @@ def again(hypothesis: Hypothesis, found: Fit, steps: int = FEW) -> tuple[Hypothe
         hypothesis: what was fitted.
         found: its fit.
         steps: of a fit with other inputs; with none only the likelihood at the same values counts.
+        enough: gain [nat] below which a step of the fit with the likeliest is not worth another.
     """
     if steps and not _open(hypothesis, found, steps):
         return hypothesis, found
@@ -90,14 +94,18 @@ def again(hypothesis: Hypothesis, found: Fit, steps: int = FEW) -> tuple[Hypothe
         before = None
         while before is not hypothesis:
             before = hypothesis
-            hypothesis, found = _better(hypothesis, found, others(hypothesis, found), steps)
+            hypothesis, found = _better(hypothesis, found, others(hypothesis, found), steps, enough)
             if others not in (_otherwise_filtered, _otherwise_folded):
                 break  # of few kinds the best is known; of these only where to look further
     return hypothesis, found
 
 
 def _better(
-    hypothesis: Hypothesis, found: Fit, problems: Sequence[Problem], steps: int
+    hypothesis: Hypothesis,
+    found: Fit,
+    problems: Sequence[Problem],
+    steps: int,
+    enough: float = WORTH_A_STEP,
 ) -> tuple[Hypothesis, Fit]:
     """Return the likeliest of a fit and fits of other problems, a few steps each.
 
@@ -117,7 +125,7 @@ def _better(
     if best[0] is hypothesis:
         return hypothesis, found
     other, last, _ = best
-    return other, attempted(other, last.z, near=last.averages) or last
+    return other, attempted(other, last.z, enough=enough, near=last.averages) or last
 
 
 def _open(hypothesis: Hypothesis, found: Fit, steps: int) -> bool:

@@ -113,22 +113,30 @@ def seen_otherwise(h: Hypothesis) -> tuple[Hypothesis, ...]:
 def within_reach(options: Sequence[Hypothesis], z: Array) -> list[tuple[Hypothesis, Array]]:
     """Return hypotheses that a part of the samples does not rule out, and where fits begin, (p,).
 
-    Of one none is ruled out, and where its fit ends on the part tells nothing. What ends with laws
-    seen as another option has them speaks for that one.
+    Of one none is ruled out. What ends with laws seen as another option has them speaks for that
+    one. Others begin with the inputs and the filter that the part led to, and where its fit ended
+    if that is likelier.
     """
-    begun = [(option, _sharpest(option, z)) for option in options]
-    parts = [on_a_part(option) for option in options]
-    if len(options) == 1 or any(part is None for part in parts):
-        return begun
-    values = dict.fromkeys((_kind(option) for option in options), -np.inf)
-    for part in [part for part in parts if part is not None]:
+    parts = [part for part in map(on_a_part, options) if part is not None]
+    ends: dict[tuple[tuple[Mechanism, ...], bool], tuple[Hypothesis, Fit]] = {}
+    for part in parts if len(options) > 1 else ():
         found = attempted(part, _sharpest(part, z), enough=ROUGH)
         if found is not None:
-            ended, found = again(part, found, steps=0)
-            kind = _kind(ended)
-            values[kind] = max(values.get(kind, -np.inf), found.log_evidence)
-    least = max(values[_kind(option)] for option in options) - SURE
-    return [(h, z) for h, z in begun if values[_kind(h)] >= least]
+            ended, found = again(part, found, steps=0, enough=ROUGH)
+            known = ends.get(_kind(ended))
+            if known is None or found.log_evidence > known[1].log_evidence:
+                ends[_kind(ended)] = ended, found
+    if not ends:
+        return [(option, _sharpest(option, z)) for option in options]
+    least = max(found.log_evidence for _, found in ends.values()) - SURE
+    begun = []
+    for option in options:
+        end = ends.get(_kind(option))
+        if end is not None and end[1].log_evidence >= least:
+            problem = replace(end[0].problem, recordings=option.problem.recordings)
+            h = replace(option, problem=problem)
+            begun.append((h, likeliest(h, [_sharpest(h, z), end[1].z])[1]))
+    return begun
 
 
 def _kind(h: Hypothesis) -> tuple[tuple[Mechanism, ...], bool]:

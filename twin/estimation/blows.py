@@ -163,7 +163,7 @@ def _is_told(piece: bytes, contact: bytes, low_pass: LowPass) -> bool:
         low_pass: the analyser's filter.
     """
     force, near = np.frombuffer(piece), np.frombuffer(contact, bool)
-    response = _responses(len(force), _at(near, PARTS), low_pass, PARTS)
+    response = responses(len(force), _at(near, PARTS), low_pass, PARTS)
     left = (force - response @ nnls(response, force)[0])[~near]
     return bool(np.sum(left**2) < TOLD * np.sum(force[~near] ** 2))
 
@@ -173,7 +173,7 @@ def _at(near: NDArray[np.bool_], steps: int) -> NDArray[np.intp]:
     return np.flatnonzero(np.repeat(near, steps))
 
 
-def _responses(samples: int, at: NDArray[np.intp], low_pass: LowPass, steps: int) -> Array:
+def responses(samples: int, at: NDArray[np.intp], low_pass: LowPass, steps: int) -> Array:
     """Return what a filter shows of hats at parts of samples, (samples, parts)."""
     lag = np.arange(samples)[:, None] * steps - at
     farthest = FARTHEST * steps
@@ -188,7 +188,7 @@ def _pushes(piece: bytes, contact: bytes, low_pass: LowPass, steps: int) -> tupl
     """
     force, near = np.frombuffer(piece), np.frombuffer(contact, bool)
     at = _at(near, steps)
-    response = _responses(len(force), at, low_pass, steps)
+    response = responses(len(force), at, low_pass, steps)
     found, least = nnls(response, force)
     half_sine = _half_sine(force, at / steps, found, response)
     if half_sine is not None and np.linalg.norm(force - response @ half_sine) < AS_WELL * least:

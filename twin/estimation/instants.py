@@ -19,11 +19,11 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.estimation.blows import responses
 from twin.estimation.implicit import rate_share, solve_force
 from twin.estimation.kalman import matrices_of
 from twin.estimation.law_averages import LawAverages
 from twin.estimation.laws import addresses
-from twin.estimation.low_pass import hat_response
 from twin.estimation.model import Assembly
 from twin.estimation.passing import Simulation
 from twin.estimation.sensitivities import numbers_of, simulation_matrix
@@ -103,7 +103,9 @@ def blown(here: Assembly, index: int, plant: Sampled) -> tuple[dict[int, Array],
     system, steps, samples = plant.system, plant.steps, len(trial.y)
     laws, numbers, kicks = addresses(here.laws), numbers_of(here), dict[int, Array]()
     push = system.rate @ simulation_matrix(plant)[:, -len(here.laws) :]
-    seen, response = np.zeros((samples, len(system.F))), hat_response(low_pass, steps)
+    seen, onsets = np.zeros((samples, len(system.F))), trial.blows.onsets(steps)
+    parts = np.asarray(np.rint(np.array(onsets) * steps), int)
+    response = responses(samples, parts, low_pass, steps)
     when = plant.step_s / np.sqrt(3)
     for j, law in enumerate(here.laws):
         if not _jumps(laws[j], numbers[j], push[j, j], here.scales[j, 2]):
@@ -111,12 +113,11 @@ def blown(here: Assembly, index: int, plant: Sampled) -> tuple[dict[int, Array],
         _, d, v = here.scales[j, :3]
         impulse = when * abs(float(law.force(d, v, 0.0, 0.0, *here.numbers[j, : law.count])))
         moved = system.E[:, j] * impulse
-        for onset in trial.blows.onsets(steps):
+        for onset in onsets:
             sample = int(onset) + 1
             kicks[sample] = np.asarray(np.outer(moved, moved) + kicks.get(sample, 0.0))
-            later = np.asarray(np.arange(samples) - onset, float)
-            shown = steps * impulse / trial.step_s * response(later)
-            seen += np.outer(shown**2, system.F[:, j] ** 2)
+        shown = steps * impulse / trial.step_s * response
+        seen += np.outer(np.sum(shown**2, axis=1), system.F[:, j] ** 2)
     return kicks, seen
 
 

@@ -45,6 +45,10 @@ STEPS, ENOUGH = 30, 0.01
 """Passes to find that state at most, and the gain in log posterior [nat] below which one is not
 worth another."""
 
+ROUGHLY = 1.0
+"""The same where maxima are only told apart: those that matter are further apart than Laplace's
+method is off by, and the best of them is climbed to its top."""
+
 FIRST_DAMPING = 1e-4
 """Of the steps, once one does not climb; ten times as much for each that does not, either."""
 
@@ -70,19 +74,19 @@ def estimated_start(
     root = root_of(noise.start)
     beside = partial(_beside, here, trial, plant, noise, averages, root)
     if near is not None:
-        return _climbed(beside(BEGINNING), root, steps, near)[:2]
+        return _climbed(beside(BEGINNING), root, steps, near, ENOUGH)[:2]
     # blows, and the mean of the prior, may lead to another maximum than few samples do
     measured = np.flatnonzero(~np.isnan(trial.y).all(axis=1))
     begin, few, state = int(measured[0]) if len(measured) else 0, FEWEST, near
     beginnings = _beginnings(plant, root)
     while begin + few < min(BEGINNING, len(trial.y)):
         passed = beside(begin + few)
-        found = [_climbed(passed, root, steps, begun) for begun in beginnings]
+        found = [_climbed(passed, root, steps, begun, ROUGHLY) for begun in beginnings]
         state = min(found, key=lambda climbed: climbed[2])[0]
         beginnings, few = [state], 2 * few
     passed = beside(BEGINNING)
-    both = [_climbed(passed, root, steps, begun) for begun in (state, None)]
-    return min(both, key=lambda found: found[2])[:2]
+    both = [_climbed(passed, root, steps, begun, ROUGHLY) for begun in (state, None)]
+    return _climbed(passed, root, steps, min(both, key=lambda one: one[2])[0], ENOUGH)[:2]
 
 
 def _beginnings(plant: Sampled, root: Array) -> list[Array]:
@@ -137,7 +141,7 @@ def _beside(
 
 
 def _climbed(
-    passed: Passed, root: Array, steps: int, near: Array | None
+    passed: Passed, root: Array, steps: int, near: Array | None, enough: float
 ) -> tuple[Array, float, float]:
     """Return where damped steps climb to from a state nearby.
 
@@ -151,14 +155,14 @@ def _climbed(
     cost, gradient, H = passed(s, True)
     for number in range(steps):
         step = -np.linalg.solve(H + damping * np.diag(np.diag(H)), gradient)
-        if -step @ (gradient + 0.5 * H @ step) < ENOUGH:  # what it promises
+        if -step @ (gradient + 0.5 * H @ step) < enough:  # what it promises
             break
         other, _, _ = passed(s + step, False)
         if not other < cost:
             damping = max(10 * damping, FIRST_DAMPING)
             continue
         gained, s, damping, cost = cost - other, s + step, damping / 10, other
-        if gained < ENOUGH or number == steps - 1:
+        if gained < enough or number == steps - 1:
             break
         cost, gradient, H = passed(s, True)
     return np.asarray(root @ s), -0.5 * float(s @ s + np.linalg.slogdet(H)[1]), cost
