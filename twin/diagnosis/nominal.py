@@ -16,6 +16,7 @@ from twin.diagnosis.measured import Measured
 from twin.diagnosis.portion import PART
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.scales import Scales
+from twin.diagnosis.sliders import together
 from twin.errors import ModelError
 from twin.mechanisms.edits import FRICTION_SOLIMP, FRICTION_SOLREF, FRICTION_STEP
 from twin.mechanisms.held import gathered, held
@@ -63,7 +64,7 @@ def with_known(twin: Twin, problem: Problem) -> tuple[Problem, tuple[str, ...]]:
                 largest[key] = effect
     found = held(list(largest.values()), max(NOTED * _noise(problem), LEAST), twin.source)
     scales, ideal = {}, []
-    for mechanism in found.mechanisms:
+    for mechanism in together(found.mechanisms, problem.model):
         if isinstance(mechanism, Law):
             scales[mechanism.place] = _scale(problem, mechanism)
             if mechanism.resolved_by:

@@ -60,9 +60,7 @@ def gathered(
     out, sliders = list[NonlinearElement](), dict[bytes, list[NonlinearElement]]()
     for element in elements:
         if element.mechanism == Hysteresis.name and element.port in model.ports:
-            row = model.port(element.port)
-            line = np.round(row / np.max(np.abs(row)), DIGITS) + 0.0
-            sliders.setdefault(line.tobytes(), []).append(element)
+            sliders.setdefault(line_of(model, element.port), []).append(element)
         else:
             out.append(element)
     for group in sliders.values():
@@ -70,6 +68,12 @@ def gathered(
         one = Microslip.of_sliders(group[0].port, [(k, force / k) for k, force in each])
         out += [_together(one, group)] if one is not None else group
     return tuple(out)
+
+
+def line_of(model: LinearModel, port: str) -> bytes:
+    """Return what ports along one line, whichever way they count, have in common."""
+    row = model.port(port)
+    return bytes((np.round(row / row[np.argmax(np.abs(row))], DIGITS) + 0.0).tobytes())
 
 
 def _together(slip: Microslip, group: Sequence[NonlinearElement]) -> NonlinearElement:
