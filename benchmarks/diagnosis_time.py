@@ -124,8 +124,8 @@ def concealed(number: int, folder: Path) -> dict[str, Any]:
     return {"truth": f"{truth['mechanism']} {truth['location']}", **row}
 
 
-def tall(folder: Path) -> dict[str, Any]:
-    """Diagnose the frame of ten storeys: the model is given without its cubic spring."""
+def tall_recordings(folder: Path) -> Path:
+    """Write the recordings of ten storeys; return their model, without its cubic spring."""
     model = Twin.of(FrameDesign.tall(STOREYS, kind="lumped"))
     rig = model.including(CubicStiffness(GUILTY, CUBIC))
     analyser = Analyser(sampling_hz=256.0, duration_s=24.0)
@@ -133,7 +133,12 @@ def tall(folder: Path) -> dict[str, Any]:
     for i, (name, excitation, place) in enumerate(TESTS):
         test = Experiment(excitation, place, analyser, instruments=noisy)
         write_recording(run(test, rig, SEED + i), folder / f"{name}.csv")
-    path = model.export(folder / "tall.xml")
+    return model.export(folder / "tall.xml")
+
+
+def tall(folder: Path) -> dict[str, Any]:
+    """Diagnose the frame of ten storeys."""
+    path = tall_recordings(folder)
     return {"truth": f"cubic_stiffness {GUILTY}", "true_value": CUBIC} | diagnosed(
         str(path), folder
     )
