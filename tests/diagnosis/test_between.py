@@ -7,13 +7,14 @@ import pytest
 from diagnosis_support import lumped, rng, tones
 from diagnosis_support import recorded as frame
 
-from twin.diagnosis.beginning import added, moved_to, start_of
+from twin.diagnosis.beginning import added, likeliest, moved_to, start_of
 from twin.diagnosis.between import _better, again, choose, filter_in_words, in_words
 from twin.diagnosis.candidates import Candidate, priors_of
 from twin.diagnosis.explanation import seen_otherwise
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.prepare import prepare
-from twin.estimation.fit import fit
+from twin.estimation.fit import WORTH, fit
+from twin.estimation.likelihood import evaluate
 from twin.estimation.low_pass import LowPass
 from twin.instruments import Instrument
 from twin.laboratory import Analyser, Experiment, Hammer, run
@@ -133,3 +134,21 @@ def test_what_a_fit_s_own_further_steps_give_is_no_gain_of_other_inputs(off, cha
     assert best.log_posterior - short.log_posterior == pytest.approx(off**2 / 2, rel=0.02)
     chosen, _ = _better(h, short, [replace(h.problem)], 5)
     assert (chosen is not h) is changed
+
+
+def test_beside_a_fit_that_ended_early_others_take_no_step():
+    """They are a tenth of a nat likelier where it ended, and three after a step of either."""
+    twin = lumped()
+    h = Hypothesis(prepare(twin, [frame(twin, 1)], [frame(twin, 2)]).train)
+    best = fit(h, start_of(h))
+    z = best.z.copy()
+    z[0] += 2.5 / np.sqrt(np.linalg.inv(best.covariance)[0, 0])
+    short = fit(h, z, enough=100.0)
+    (passed,), (recording,) = evaluate(h, z, derivatives=False).runs, h.problem.recordings
+    white = np.einsum("to,op,tp->", passed.e, np.linalg.inv(passed.gains.innovation[-1]), passed.e)
+    other = replace(
+        h.problem, recordings=(replace(recording, y=recording.y - 0.1 / white * passed.e),)
+    )
+    gained = likeliest(replace(h, problem=other), [z])[0] - short.log_posterior
+    assert 0.02 < gained < WORTH
+    assert _better(h, short, [other], 0)[0] is h

@@ -110,7 +110,7 @@ def _better(
     """Return the likeliest of a fit and fits of other problems, a few steps each.
 
     Others begin where it ended, and so gain something by their steps alone: not less than ``WORTH``
-    counts.
+    counts. A fit that ended early would gain more by its own: then others take no step.
     """
     own = _odds(hypothesis.problem)
     best = hypothesis, found, found.log_evidence - own + WORTH
@@ -119,7 +119,7 @@ def _better(
         rival = found.log_posterior - own + odds
         if not steps and likeliest(other, [found.z], found.averages)[0] <= rival:
             continue
-        tried = attempted(other, found.z, max(steps, 1), rival, near=found.averages)
+        tried = attempted(other, found.z, steps, rival, near=found.averages)
         if tried is not None and tried.log_evidence - odds > best[2]:
             best = other, tried, tried.log_evidence - odds
     if best[0] is hypothesis:
