@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 from diagnosis_support import lumped, recorded
 
-from twin.diagnosis.beginning import SHARP, as_sharp, beginnings, likeliest, start_of
+from twin.diagnosis.beginning import (
+    SHARP,
+    as_sharp,
+    beginnings,
+    likelier,
+    likeliest,
+    start_of,
+)
 from twin.diagnosis.candidates import priors_of
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.known import RESOLVED
@@ -15,6 +22,7 @@ from twin.diagnosis.scales import Scales
 from twin.diagnosis.valleys import ALIKE, first_of_each
 from twin.estimation.fit import fit
 from twin.estimation.likelihood import evaluate
+from twin.mechanisms.bumper import Bumper
 from twin.mechanisms.coulomb_friction import CoulombFriction
 from twin.mechanisms.cubic_stiffness import CubicStiffness
 
@@ -64,6 +72,28 @@ def test_what_a_fit_found_of_its_laws_is_not_lost_by_looking_again(rubbing):
     found = fit(rubbing, as_sharp(rubbing, start_of(rubbing)), most=6)
     known, _ = likeliest(rubbing, [found.z], found.averages)
     assert known > found.log_posterior - 1e-6
+
+
+def test_values_far_apart_are_judged_each_by_its_own_motion():
+    """With what laws did at the first, the second would be given up: it was at the truth."""
+    law = Bumper("storey1", 8e3, 2e-4)
+    twin = lumped().including(law)
+    problem = prepare(lumped(), [recorded(twin, 1)], [recorded(twin, 2)]).train
+    scales = Scales({"storey1": (1.0, 1e-3, RATE)})
+    h = Hypothesis(
+        problem, (law,), ({"stiffness": (np.log(8e3), 2.0), "gap": (2e-4, 1e-4)},), scales
+    )
+    right = fit(h).z
+    wrong = start_of(h)
+    at = [u.name for u in h.unknowns].index("bumper storey1 stiffness")
+    wrong[at] = -2.5
+    each = [likeliest(h, [z])[0] for z in (wrong, right)]
+    assert each[1] > each[0] + 100
+    for options in ([wrong, right], [right, wrong]):
+        best, z = likelier(h, options)
+        assert best == max(each)
+        np.testing.assert_array_equal(z, right)
+    assert likeliest(h, [wrong, right])[0] < max(each)
 
 
 def test_averages_of_other_states_or_laws_are_not_taken_over(rubbing):

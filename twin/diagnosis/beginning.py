@@ -112,7 +112,8 @@ def likeliest(
     Args:
         model: whose values they are.
         options: values, (p,) each.
-        near: averages of laws at values nearby, where they are known; those of each serve the next.
+        near: averages of laws at values nearby, where they are known; those of each serve the next,
+            for all are near to one another (``likelier``).
     """
     scored = []
     for z in options:
@@ -126,6 +127,16 @@ def likeliest(
             near = found.averages
         scored.append((value, z))
     return max(scored, key=lambda pair: pair[0])
+
+
+def likelier(model: Model, options: Sequence[Array]) -> tuple[float, Array]:
+    """Return the same of values far apart: what laws do at one tells nothing of what they do there.
+
+    Args:
+        model: whose values they are.
+        options: values, (p,) each.
+    """
+    return max((likeliest(model, [z]) for z in options), key=lambda pair: pair[0])
 
 
 def attempted(

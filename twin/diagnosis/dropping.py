@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnosis.beginning import attempted, beginnings, likeliest
+from twin.diagnosis.beginning import attempted, beginnings, likelier, likeliest
 from twin.diagnosis.between import FEW
 from twin.diagnosis.explanation import Explanation, explained
 from twin.diagnosis.hypothesis import Hypothesis
@@ -94,7 +94,7 @@ def _without(h: Hypothesis, index: int) -> Hypothesis:
 
 
 def _starts(fewer: Hypothesis, options: Sequence[Array]) -> list[Array]:
-    _, near = likeliest(fewer, options)
+    _, near = likelier(fewer, options)
     _, *wide = beginnings(fewer, options[0])
     return [near, *wide]
 

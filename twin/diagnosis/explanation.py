@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnosis.beginning import as_sharp, attempted, likeliest
+from twin.diagnosis.beginning import as_sharp, attempted, likelier, likeliest
 from twin.diagnosis.between import again
 from twin.diagnosis.candidates import Candidate, motions
 from twin.diagnosis.discrepancy import DISCREPANCY_SHARE
@@ -135,7 +135,7 @@ def within_reach(options: Sequence[Hypothesis], z: Array) -> list[tuple[Hypothes
         if end is not None and end[1].log_evidence >= least:
             problem = replace(end[0].problem, recordings=option.problem.recordings)
             h = replace(option, problem=problem)
-            begun.append((h, likeliest(h, [_sharpest(h, z), end[1].z])[1]))
+            begun.append((h, likelier(h, [_sharpest(h, z), end[1].z])[1]))
     return begun
 
 

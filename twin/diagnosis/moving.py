@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnosis.beginning import added, attempted, likeliest, moved_to
+from twin.diagnosis.beginning import added, attempted, likelier, moved_to
 from twin.diagnosis.candidates import Candidate
 from twin.diagnosis.explanation import Explanation, explained
 from twin.diagnosis.hypothesis import Hypothesis
@@ -96,7 +96,7 @@ def elsewhere(best: Explanation, candidates: Sequence[Candidate], cost: float) -
         grown = added(rest, candidate, there)
         starts = (there, there.scaled(_as_much(h, place, there.place)))
         short = beginning_of(grown)
-        _, begun = likeliest(short, [moved_to(grown, h, z, start) for start in starts])
+        _, begun = likelier(short, [moved_to(grown, h, z, start) for start in starts])
         near = attempted(short, begun, hopeless=least, enough=ROUGH)
         if near is None or near.log_evidence < least:
             continue
@@ -131,5 +131,5 @@ def _instead(best: Explanation, at: int, other: Explanation, cost: float) -> Exp
         np.array([known.get(u.name, 0.0) for u in exchanged.unknowns])
         for known in (theirs | ours, ours | theirs)
     ]
-    _, z = likeliest(exchanged, begun)
+    _, z = likelier(exchanged, begun)
     return explained(exchanged, z, cost, best)

@@ -8,7 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis.as_drawn import Begun
-from twin.diagnosis.beginning import added, attempted, beginnings, from_nominal, likeliest, moved_to
+from twin.diagnosis.beginning import (
+    added,
+    attempted,
+    beginnings,
+    from_nominal,
+    likelier,
+    likeliest,
+    moved_to,
+)
 from twin.diagnosis.drawing import far_off
 from twin.diagnosis.explanation import Explanation, converged, explained
 from twin.diagnosis.hypothesis import Hypothesis
@@ -45,7 +53,7 @@ def fitted(
         place = f"{len(new)} channels" if len(new) > 1 else new[0].place
         tell(f"fitting {new[0].name} at {place} ({number + 1} of {len(compared)})")
         top = max(fits, key=lambda e: e.log_odds, default=ahead or before)
-        found = explained(h, likeliest(h, [begun[index].z, z])[1], cost, top)
+        found = explained(h, likelier(h, [begun[index].z, z])[1], cost, top)
         if found is not None:
             fits.append(found)
     most = max((e.log_odds for e in fits), default=0.0)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis.as_drawn import as_drawn, beside_the_drawing, seen_in_simulation
-from twin.diagnosis.beginning import beginnings, likeliest, start_of
+from twin.diagnosis.beginning import beginnings, likelier, start_of
 from twin.diagnosis.between import again
 from twin.diagnosis.candidates import Candidate, motions, scales_of
 from twin.diagnosis.drawing import at_its_tolerance, far_off, odds_of
@@ -251,7 +251,7 @@ def _without_names(
     for number, (other, starts) in enumerate(in_place_of(h, best.fit, moved, candidates, dubious)):
         place = other.mechanisms[-1].place
         tell(f"fitting a non-parametric restoring force at {place} ({number + 1})")
-        _, begun = likeliest(other, [z for start in starts for z in beginnings(other, start)])
+        _, begun = likelier(other, [z for start in starts for z in beginnings(other, start)])
         if beside is not None and settled_against(other, [begun], beside):
             continue
         found = explained(other, begun, cost, best)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis.adjusted import Adjusted
-from twin.diagnosis.beginning import added, from_nominal, likeliest, moved_to, nominal
+from twin.diagnosis.beginning import added, from_nominal, likelier, likeliest, moved_to, nominal
 from twin.diagnosis.candidates import Candidate
 from twin.diagnosis.drawing import far_off
 from twin.diagnosis.hypothesis import Hypothesis
@@ -111,7 +111,7 @@ def of_valleys(fit: Fit, linear: Linearised, candidates: Sequence[Candidate]) ->
         # the average they do not lower what a part of them tells of what is there
         mechanism = model.at(z)[-1]
         whole = added(hypothesis, candidate, mechanism)
-        posterior, _ = likeliest(whole, [z, moved_to(whole, hypothesis, fit.z, mechanism)])
+        posterior, _ = likelier(whole, [z, moved_to(whole, hypothesis, fit.z, mechanism)])
         gain = max(posterior - fit.log_posterior, told, 0.0)
         gain -= candidate.width(mechanism, gain)
         scores.append(Score(candidate, mechanism, gain, shift))
