@@ -61,13 +61,9 @@ def recordings_of(what: str, folder: Path) -> tuple[str, Path]:
         generate(1, SEED, folder, folder / "sealed", "none")
         return "two_storey_lumped", folder / case_name(1, "none")
     number = next(n for n in range(1, ROUND + 1)
-                  if [e[0] for e in _concealed(n)] == [what])  # fmt: skip
+                  if [name for name, _ in combination_of("single", n, SEED)] == [what])  # fmt: skip
     generate(number, SEED, folder, folder / "sealed")
     return "two_storey_lumped", folder / case_name(number)
-
-
-def _concealed(number: int) -> tuple[tuple[str, str], ...]:
-    return tuple(combination_of("single", number, SEED))
 
 
 def answered(source: Path, model: str, folder: Path, out: Path) -> dict[str, Any]:
@@ -121,6 +117,8 @@ def main() -> None:
     parser.add_argument("--json", type=Path, required=True)
     chosen = parser.parse_args()
     said = json.loads(chosen.json.read_text()) if chosen.json.exists() else {}
+    if said.get("commit", chosen.commit) != chosen.commit:
+        parser.error(f"{chosen.json} is about {said['commit']}: name another file")
     rows: dict[str, Any] = said.get("rows", {})
     console = Console()
     with tempfile.TemporaryDirectory() as name:

@@ -82,7 +82,7 @@ def test_all_samples_begin_with_the_filter_that_the_part_led_to(monkeypatch):
     monkeypatch.setattr(explanation, "again", turned)
     begun = within_reach([simulated, followed], start_of(simulated))
     assert all(h.problem.samples == simulated.problem.samples for h, _ in begun)
-    assert {h.problem.low_pass for h, _ in begun} <= {found_there, None}
+    assert found_there in {h.problem.low_pass for h, _ in begun} <= {found_there, None}
     for h, z in begun:
         assert likeliest(h, [z])[0] > likeliest(h, [start_of(h)])[0]
 

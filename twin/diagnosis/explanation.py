@@ -117,9 +117,9 @@ def within_reach(options: Sequence[Hypothesis], z: Array) -> list[tuple[Hypothes
     one. Others begin with the inputs and the filter that the part led to, and where its fit ended
     if that is likelier.
     """
-    parts = [part for part in map(on_a_part, options) if part is not None]
+    parts = map(on_a_part, options) if len(options) > 1 else ()
     ends: dict[tuple[tuple[Mechanism, ...], bool], tuple[Hypothesis, Fit]] = {}
-    for part in parts if len(options) > 1 else ():
+    for part in (part for part in parts if part is not None):
         found = attempted(part, _sharpest(part, z), enough=ROUGH)
         if found is not None:
             ended, found = again(part, found, steps=0, enough=ROUGH)

@@ -22,7 +22,7 @@ from twin.estimation.laws import no_memory
 from twin.estimation.model import Assembly, Model, Trial
 from twin.estimation.passing import Run, Simulation, deviations, run, simulated
 from twin.estimation.sensitivities import no_slopes, numbers_of
-from twin.estimation.start import STEPS, estimated_start
+from twin.estimation.start import ROUGHLY, STEPS, estimated_start
 from twin.estimation.system import Noise, Sampled, System, transition
 from twin.estimation.trust import trust_in
 from twin.estimation.unknown_forces import unknown_forces
@@ -33,10 +33,9 @@ SHARES = (0.1, 0.3, 1.0, 10.0, 100.0)
 """Of the dashpot that a law is on the average of a motion, what it may be for small deviations from
 it, beside none: little where friction slides, any where it holds."""
 
-ROUNDS, SETTLED = 10, 1.0
+ROUNDS = 10
 """Gauss-Newton steps at most to the state that a simulation begins with, each followed by another
-dashpot, where none is known nearby, and the gain [nat] below which one is not worth another: fits
-go on from there."""
+dashpot, where none is known nearby: fits go on from there."""
 
 
 def averages_at(
@@ -67,7 +66,7 @@ def averages_at(
         for _ in range(ROUNDS - 1 if near is None else 0):
             last = value
             value, found = _holding(here, index, plant, known, found, last)
-            if not value > last + SETTLED:
+            if not value > last + ROUGHLY:
                 break
         return found
     return _following(model, here, index, plant, near)

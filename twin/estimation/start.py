@@ -46,8 +46,8 @@ STEPS, ENOUGH = 30, 0.01
 worth another."""
 
 ROUGHLY = 1.0
-"""The same where maxima are only told apart: those that matter are further apart than Laplace's
-method is off by, and the best of them is climbed to its top."""
+"""The gain [nat] where maxima are only told apart, or others go on from there: those that matter
+are further apart than Laplace's method is off by, and the best is climbed to its top."""
 
 FIRST_DAMPING = 1e-4
 """Of the steps, once one does not climb; ten times as much for each that does not, either."""
