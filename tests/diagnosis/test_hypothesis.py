@@ -23,6 +23,20 @@ def frequencies(A):
     return np.sort(np.abs(np.linalg.eigvals(A).imag))[::2] / (2 * np.pi)
 
 
+def test_no_more_of_a_force_is_noise_than_was_read_of_it():
+    problem = prepare(lumped(), [recorded(lumped(), 1)], [recorded(lumped(), 2)]).train
+    h = Hypothesis(problem)
+    read = np.sqrt(np.mean(problem.recordings[0].u ** 2))
+    (at,) = (i for i, u in enumerate(h.unknowns) if u.name.startswith("noise of force"))
+    levels = {}
+    for level in (1e-3 * read, read, 1e4 * read):
+        z = np.zeros(len(h.unknowns))
+        z[at] = (np.log(level) - h.unknowns[at].mean) / h.unknowns[at].deviation
+        levels[level / read] = h.assemble(z).noises[0].held[0] / read
+    expected = [1e-3, np.sqrt(0.5), 1.0]
+    np.testing.assert_allclose(list(levels.values()), expected, rtol=1e-6)
+
+
 def test_the_weight_of_a_bolted_mass_leans_on_what_is_below_it():
     plain, heavy = recorded(lumped(), 1), recorded(lumped(Mass("floor2", 0.5)), 2)
     added = {heavy.source: {"floor2": 0.5}}

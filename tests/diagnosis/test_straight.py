@@ -17,6 +17,7 @@ from twin.diagnosis.prepare import prepare
 from twin.diagnosis.problem import LINEAR_PHASE, Problem
 from twin.diagnosis.straight import (
     above,
+    calmed,
     hold_error,
     noise_gain,
     prefiltered,
@@ -101,7 +102,7 @@ def test_lines_through_raised_corners_hold_a_tone_at_any_share_of_the_rate(share
     assert abs(2 * np.mean(lines * tone)) == pytest.approx(1.0, abs=5e-3)
 
 
-@pytest.mark.parametrize("frequency", [60.0, 110.0])
+@pytest.mark.parametrize("frequency", [60.0, 110.0, 180.0])
 def test_a_sensor_that_rings_reads_lines_and_what_they_miss_as_it_reads_the_signal(frequency):
     x = random_force(120.0, 5)[:, 0]
     instrument = SensorResonance("acc_tip.x", frequency, 0.03).instrument(0.0)
@@ -110,13 +111,26 @@ def test_a_sensor_that_rings_reads_lines_and_what_they_miss_as_it_reads_the_sign
             for s in w]  # fmt: skip
     exact = np.fft.irfft(np.fft.rfft(x) * np.array(read), SAMPLES)
     # stepped over straight lines, which are exact for it (foh)
+    quiet = calmed(instrument, 1 / RATE)
     lines, *matrices = prefiltered(x[:, None])[:, 0], *cont2discrete(
-        (instrument.A, instrument.B, instrument.C, instrument.D), 1 / RATE, "foh")[:4]  # fmt: skip
+        (quiet.A, quiet.B, quiet.C, quiet.D), 1 / RATE, "foh")[:4]  # fmt: skip
     stepped = dlsim((*matrices, 1 / RATE), lines)[1][:, 0]
     late = slice(SAMPLES // 2, SAMPLES - 64)
     size, missed = np.std(exact[late]), read_error(instrument, x, 1 / RATE)
     assert np.std((stepped - exact)[late]) > 0.01 * size, "the test shows something"
     assert np.std((stepped + missed - exact)[late]) < 2e-3 * size
+
+
+@pytest.mark.parametrize(("frequency", "rings"), [(60.0, True), (120.0, True), (235.0, False)])
+def test_a_sensor_does_not_ring_above_half_the_rate_and_reads_what_is_slow(frequency, rings):
+    instrument = SensorResonance("acc_tip.x", frequency, 0.01).instrument(0.0)
+    stepped = calmed(instrument, 1 / RATE)
+    assert (stepped is instrument) == rings
+    gain = stepped.D - stepped.C @ np.linalg.solve(stepped.A, stepped.B)
+    assert gain[0, 0] == pytest.approx(1.0, rel=1e-9)
+    # of its ringing a thousandth is left after four samples, where it would go on for many
+    left = np.abs(np.exp(np.linalg.eigvals(stepped.A) * 4 / RATE))
+    assert np.all(left > 0.5) if rings else np.all(left < 1e-3)
 
 
 @pytest.mark.parametrize("highest", [40.0, 120.0])

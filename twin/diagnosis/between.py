@@ -64,7 +64,7 @@ def choose(problem: Problem) -> tuple[Problem, Array]:
 def _late(hypothesis: Hypothesis, found: Fit) -> tuple[Hypothesis, Array]:
     """Return a hypothesis with a delay of every output beside, and where its fit begins, (p,)."""
     problem, grown, z = hypothesis.problem, hypothesis, found.z
-    moved = motions(problem, hypothesis, z)
+    moved = motions(problem, hypothesis, z, found.averages)
     for place in problem.model.outputs:
         starts = SensorDelay.starts(place, surroundings(problem, moved, place))
         none = SensorDelay(place)

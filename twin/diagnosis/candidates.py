@@ -17,6 +17,7 @@ from twin.diagnosis.motion import Motion, motion_of
 from twin.diagnosis.plant import axis_of
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.scales import Scales
+from twin.estimation.law_averages import LawAverages
 from twin.estimation.likelihood import passes
 from twin.mechanisms.mechanism import Mechanism, Surroundings
 
@@ -91,10 +92,20 @@ def priors_of(starts: Sequence[Mechanism]) -> dict[str, tuple[float, float]]:
     return out
 
 
-def motions(problem: Problem, hypothesis: Hypothesis, z: Array) -> tuple[Motion, ...]:
-    """Return the motion of every recording as the predictor of a fit estimates it."""
+def motions(
+    problem: Problem, hypothesis: Hypothesis, z: Array,
+    averages: Sequence[LawAverages] | None = None,
+) -> tuple[Motion, ...]:  # fmt: skip
+    """Return the motion of every recording as the predictor estimates it.
+
+    Args:
+        problem: whose recordings they are.
+        hypothesis: the model.
+        z: its values, (p,).
+        averages: of its laws, as the fit ended with them; found anew without.
+    """
     n = len(problem.model.coordinates)
-    return tuple(motion_of(run, n, problem.step_s) for run in passes(hypothesis, z))
+    return tuple(motion_of(run, n, problem.step_s) for run in passes(hypothesis, z, averages))
 
 
 def scales_of(problem: Problem, moved: Sequence[Motion]) -> Scales:

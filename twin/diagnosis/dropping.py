@@ -61,9 +61,12 @@ def dropped(
         begun = _starts(beginning_of(fewer), options)
         if settled_against(fewer, begun, with_all):
             return None
-    starts = _starts(fewer, options)
-    fits = [explained(fewer, z, cost, best) for z in starts]
-    return max((e for e in fits if e is not None), key=lambda e: e.log_odds, default=None)
+    fits: list[Explanation] = []
+    for z in _starts(fewer, options)[:3]:  # as sharp as they are seen: ``explained``
+        top = max([best, *fits], key=lambda e: e.log_odds)
+        found = explained(fewer, z, cost, top)
+        fits += [found] if found is not None else []
+    return max(fits, key=lambda e: e.log_odds, default=None)
 
 
 def lost(best: Explanation, index: int) -> float:

@@ -56,11 +56,13 @@ def explained(h: Hypothesis, z: Array, cost: float, top: Explanation) -> Explana
         top: what must be within reach.
     """
     spent = cost * len(h.mechanisms)
-    # another tolerance may be worth as much to this one
-    least = top.log_odds + spent - (odds_of(top.hypothesis, top.fit) - top.fit.log_evidence)
-    fits = []
+    fits: list[Explanation] = []
     options = [seen for form in in_every_form(h) for seen in seen_otherwise(form)]
     for option, begun in within_reach(options, z):
+        ahead = max([top, *fits], key=lambda e: e.log_odds)
+        # another tolerance may be worth as much to this one
+        worth = odds_of(ahead.hypothesis, ahead.fit) - ahead.fit.log_evidence
+        least = ahead.log_odds + spent - worth
         try:
             rough = fit(option, begun, hopeless=least, patience=SURE)
             other, found = again(option, rough, steps=0)
@@ -176,5 +178,5 @@ def says_less(explanation: Explanation, candidates: Sequence[Candidate]) -> bool
         return False
     changes = any(isinstance(c.starts[0], StructuralChange) and c.label[1] == law.place
                   for c in candidates)  # fmt: skip
-    moved = motions(h.problem, h, z) if changes else ()
+    moved = motions(h.problem, h, z, explanation.fit.averages) if changes else ()
     return changes and nonlinear_share(law, h.problem, moved) < DISCREPANCY_SHARE

@@ -189,7 +189,9 @@ class Hypothesis:
             at += m
             moving = recording.driven
             input_noise = np.zeros(len(moving))
-            input_noise[moving] = values[at : at + int(moving.sum())]
+            told, read = values[at : at + int(moving.sum())], problem.input_readings[t, moving]
+            # of what was read no more than all was noise: what more is missing is no instrument's
+            input_noise[moving] = told / np.hypot(1.0, told / read)
             at += int(moving.sum())
             system = plants.stepped[plants.which[t]].system
             process = np.full(system.W.shape[1] - len(moving), values[at])

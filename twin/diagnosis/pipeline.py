@@ -123,7 +123,7 @@ def diagnose(
         ready = replace(ready, faults=(*ready.faults, *faults), notes=(*ready.notes, *seen))
     problem = found.best.hypothesis.problem
     clock("judging the explanations")
-    beside = predictors(found.best.hypothesis, found.best.fit.z)
+    beside = predictors(found.best.hypothesis, found.best.fit.z, found.best.fit.averages)
     judged = judge(found, beside, ready.faults)
     calibrated = loosened(found.nothing, UNKNOWN) if ready.simulated else _calibrated(found)
     detection = detect(found.nothing)
@@ -165,23 +165,24 @@ def _without_wrong(
     """Return what is found without samples that are wrong beside it, if that is likelier."""
     faults: tuple[ReadOff, ...] = ()
     while True:
-        hypothesis, z = found.best.hypothesis, found.best.fit.z
+        hypothesis, fitted = found.best.hypothesis, found.best.fit
         read, spent = list[ReadOff](), 0.0
         for _ in range(PASSES):
-            problem, more, cost = without_wrong(hypothesis, z)
-            again = attempted(replace(hypothesis, problem=problem), z) if more else None
+            problem, more, cost = without_wrong(hypothesis, fitted.z, fitted.averages)
+            other = replace(hypothesis, problem=problem)
+            again = attempted(other, fitted.z, near=fitted.averages) if more else None
             if again is None:
                 break
-            hypothesis, z = replace(hypothesis, problem=problem), again.z
+            hypothesis, fitted = other, again
             read, spent = [*read, *more], spent + cost
         if not read:
             return found, faults
         clock("leaving out samples that are wrong beside what was found")
         problem, start = choose(hypothesis.problem)
-        other = search(problem, offer(problem, kinds), clock, start)
-        if other.best.log_odds - spent <= found.best.log_odds:
+        anew = search(problem, offer(problem, kinds), clock, start)
+        if anew.best.log_odds - spent <= found.best.log_odds:
             return found, faults
-        found, faults = other, (*faults, *read)
+        found, faults = anew, (*faults, *read)
 
 
 def _as_known(ready: Prepared, anything: Prepared) -> Prepared:

@@ -13,7 +13,7 @@ from scipy import signal
 from scipy.linalg import block_diag, solve_continuous_lyapunov
 
 from twin.diagnosis.scales import ROUNDING
-from twin.diagnosis.straight import well_damped
+from twin.diagnosis.straight import calmed, well_damped
 from twin.estimation.system import System
 from twin.mechanisms.instrument import Instrument
 from twin.mechanisms.mechanism import ChannelFault, Disturbance, Law, Mechanism, StructuralChange
@@ -51,6 +51,7 @@ def plant_of(
     noise_gain: Array | None = None,
     pseudo_forces: int = 0,
     step_s: float | None = None,
+    sampled_s: float | None = None,
 ) -> Plant:
     """Return the plant of a model with mechanisms.
 
@@ -64,6 +65,7 @@ def plant_of(
             from sample to sample, (n,), 0 where none is to; 1 without.
         pseudo_forces: further inputs, each a force on one of the first coordinates.
         step_s: sampling interval [s], if modes above half the sampling rate are not to ring.
+        sampled_s: the same, if instruments are not to ring there.
 
     Raises:
         ValueError: changes that take more damping than there is.
@@ -111,7 +113,7 @@ def plant_of(
             plant = _driven(plant, *_entry_of(model, mechanism, entry), *mechanism.shaping())
     for mechanism in mechanisms:
         if isinstance(mechanism, ChannelFault):
-            plant = _seen_through(plant, model, mechanism, readings)
+            plant = _seen_through(plant, model, mechanism, readings, sampled_s)
     return plant
 
 
@@ -218,8 +220,9 @@ def _low_pass() -> tuple[Array, Array, Array]:
 
 
 def _seen_through(
-    plant: Plant, model: LinearModel, fault: ChannelFault, readings: Mapping[str, float]
-) -> Plant:
+    plant: Plant, model: LinearModel, fault: ChannelFault, readings: Mapping[str, float],
+    sampled_s: float | None,
+) -> Plant:  # fmt: skip
     """Return the plant whose channels are read through a faulty instrument."""
     system = plant.system
     if all(name in model.inputs for name in fault.channels):
@@ -236,7 +239,7 @@ def _seen_through(
     instrument = fault.instrument(max(readings[name] for name in fault.channels))
     if instrument is None:
         return plant
-    return _read(plant, rows, instrument)
+    return _read(plant, rows, instrument if sampled_s is None else calmed(instrument, sampled_s))
 
 
 def _read(plant: Plant, rows: Sequence[int], instrument: Instrument) -> Plant:

@@ -97,7 +97,7 @@ def plants_at(
             for place, mass in load:
                 model = model.loaded(place, mass)
             plants.append(plant_of(model, there, levels, problem.readings, problem.noise_gain,
-                                   problem.pseudo_forces, step_s))  # fmt: skip
+                                   problem.pseudo_forces, step_s, problem.step_s))  # fmt: skip
         made.append(tuple(band_limited(plants[index], bands) for index, bands in variants))
     own = made[1] if len(made) > 1 else ()
     return Plants(made[0], own, tuple(variants.index(b) for b in banded))

@@ -146,8 +146,16 @@ class Predictor:
         return np.column_stack([columns[name] for name in self.names])
 
 
-def predictors(hypothesis: Hypothesis, z: Array) -> list[Predictor]:
-    """Return a hypothesis at values z, (p,), beside each of its recordings."""
+def predictors(
+    hypothesis: Hypothesis, z: Array, known: Sequence[LawAverages] | None = None
+) -> list[Predictor]:
+    """Return a hypothesis beside each of its recordings.
+
+    Args:
+        hypothesis: the model.
+        z: its values, (p,).
+        known: averages of its laws, as the fit ended with them; found anew without.
+    """
     here = hypothesis.assemble(z)
     plants = plants_of(here, hypothesis)
     names = hypothesis.problem.model.outputs
@@ -155,7 +163,7 @@ def predictors(hypothesis: Hypothesis, z: Array) -> list[Predictor]:
     for t, trial in enumerate(here.trials):
         plant, noise = plants[here.which[t]], here.noises[t]
         everything = (*hypothesis.at(z), *hypothesis.problem.known_at(z))
-        averages = averages_at(hypothesis, here, plants, t)
+        averages = known[t] if known else averages_at(hypothesis, here, plants, t)
         gain = gains(averages.filtering(plant), averages.beginning(noise),
                      equivalent=averages.equivalent, missing=trial.missing)  # fmt: skip
         out.append(Predictor(everything, names, here, trial, plant, noise, gain, averages,

@@ -284,6 +284,11 @@ class Problem:
         return tuple(out)
 
     @cached_property
+    def input_readings(self) -> Array:
+        """RMS of what was read of each input in each recording, (recordings, r)."""
+        return np.array([rms_of(r.u) for r in self.recordings])
+
+    @cached_property
     def output_levels(self) -> Array:
         """Prior means of the outputs' noise, (recordings, m)."""
         least = [1e-5 * rms_of(r.y) + 1e-15 for r in self.recordings]

@@ -118,7 +118,7 @@ class ScoreTest:
 
     def __init__(self, hypothesis: Hypothesis, fit: Fit) -> None:
         self.hypothesis, self.fit = hypothesis, fit
-        value = evaluate(hypothesis, fit.z)
+        value = evaluate(hypothesis, fit.z, averages=fit.averages)
         self.linear = Linearised.of(hypothesis, value.runs)
         self._without = evaluate(self.linear, fit.z, derivatives=False).runs
         # where laws began with an estimated state, what is added may have begun with another one

@@ -34,7 +34,7 @@ from twin.diagnosis.sizes import forces, negligible
 from twin.diagnosis.together import families, off_alone
 from twin.diagnosis.valleys import WIDTH, Score, first_of_each
 from twin.estimation.fit import fit
-from twin.estimation.likelihood import evaluate
+from twin.estimation.likelihood import passes
 from twin.estimation.passing import Run
 from twin.mechanisms.mechanism import ChannelFault, Disturbance
 
@@ -90,7 +90,7 @@ def search(
     tolerance, problem, best = problem.tolerance, empty.problem, nothing
     tried: Tried = {(): nothing}
     screened = []
-    moved = motions(problem, empty, calibrated.z)
+    moved = motions(problem, empty, calibrated.z, calibrated.averages)
     # priors that stay what they are, so that evidences of all steps compare
     scales = scales_of(problem, moved)
     unnamed: Explanation | None = None
@@ -100,7 +100,7 @@ def search(
         step += 1
         tell(f"search step {step}: screening")
         here = replace(best.hypothesis, scales=scales)
-        runs = evaluate(best.hypothesis, best.fit.z, derivatives=False).runs
+        runs = passes(best.hypothesis, best.fit.z, best.fit.averages)
         candidates = [c for c in offer(moved, runs) if not _included(c, best.hypothesis)]
         cost = float(np.log(max(len(candidates), 2)))
         say = partial(_say, tell, step)
@@ -136,15 +136,15 @@ def search(
         elif not better:
             break
         else:
-            moved = motions(problem, best.hypothesis, best.fit.z)
+            moved = _moved(best)
             other = _without_names(best, candidates, cost, moved, tried, tell)
             unnamed = other if other.labels != best.labels else None
         if trifling and unnamed is None:
             break
-        moved = motions(problem, best.hypothesis, best.fit.z)
+        moved = _moved(best)
     if unnamed is not None and unnamed.log_odds > best.log_odds:
         best = unnamed
-        moved = motions(problem, best.hypothesis, best.fit.z)
+        moved = _moved(best)
     best = converged(best)
     if rivals and len(best.labels) > 1:
         tell("fitting what was nearly as likely")
@@ -152,10 +152,16 @@ def search(
         _keep(tried, explanation)
         if explanation.log_odds > best.log_odds:
             best = explanation
-            moved = motions(problem, best.hypothesis, best.fit.z)
+            moved = _moved(best)
     others = sorted((e for e in tried.values() if e.labels != best.labels),
                     key=lambda e: -e.log_odds)  # fmt: skip
     return Found(nothing, best, tuple(others), tuple(screened), moved)
+
+
+def _moved(best: Explanation) -> tuple[Motion, ...]:
+    """Return the motion of every recording by an explanation."""
+    h, fit = best.hypothesis, best.fit
+    return motions(h.problem, h, fit.z, fit.averages)
 
 
 def _say(tell: Callable[[str], None], step: int, what: str) -> None:
@@ -244,7 +250,7 @@ def _without_names(
 ) -> Explanation:
     """Return the explanation with a non-parametric force for names that mimic it, if likelier."""
     h, z = best.hypothesis, best.fit.z
-    dubious = doubtful(h, best.fit, forces(h, z, predictors(h, z)))
+    dubious = doubtful(h, best.fit, forces(h, z, predictors(h, z, best.fit.averages)))
     if not dubious:
         return best
     beside = on_part(best)
@@ -280,5 +286,5 @@ def _ends_in_a_trifle(best: Explanation) -> bool:
         return False  # a channel's calibration says nothing of the structure
     if any(isinstance(m, Disturbance) for m in hypothesis.mechanisms[:-1]):
         return False  # names that are not found yet may be in a force that nobody measured
-    beside = predictors(hypothesis, z)
+    beside = predictors(hypothesis, z, best.fit.averages)
     return negligible(hypothesis, best.fit, beside, forces(hypothesis, z, beside))[-1]

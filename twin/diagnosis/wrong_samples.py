@@ -7,6 +7,7 @@ measured leaves what the structure makes of that.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +16,8 @@ from numpy.typing import NDArray
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.read_off import ReadOff
-from twin.estimation.likelihood import evaluate
+from twin.estimation.law_averages import LawAverages
+from twin.estimation.likelihood import passes
 from twin.estimation.passing import Run
 from twin.mechanisms.sensor_spikes import SensorSpikes
 from twin.signals.whitening import HALF, local_scale, noise_level
@@ -29,19 +31,22 @@ LASTS = 3
 """Samples that a blow at a stop may last, one before the sample it is seen in."""
 
 
-def without_wrong(hypothesis: Hypothesis, z: Array) -> tuple[Problem, tuple[ReadOff, ...], float]:
+def without_wrong(
+    hypothesis: Hypothesis, z: Array, averages: Sequence[LawAverages] | None = None
+) -> tuple[Problem, tuple[ReadOff, ...], float]:
     """Return a problem without the samples that are wrong beside a hypothesis.
 
     Args:
         hypothesis: what was found.
         z: its values, (p,).
+        averages: of its laws, as the fit ended with them; found anew without.
 
     Returns:
         The problem, the faults, and what they cost beforehand [nat]: any sample may be wrong, and
         read anything within the channel's range.
     """
     problem = hypothesis.problem
-    runs, cost = evaluate(hypothesis, z, derivatives=False).runs, 0.0
+    runs, cost = passes(hypothesis, z, averages), 0.0
     recordings, faults = list(problem.recordings), list[ReadOff]()
     for index, (measured, run) in enumerate(zip(problem.recordings, runs, strict=True)):
         y, wrong = np.array(measured.y), _wrong(run, measured.y, len(problem.model.inputs))

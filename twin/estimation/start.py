@@ -154,7 +154,10 @@ def _climbed(
         s = np.asarray(np.linalg.lstsq(root, near, rcond=None)[0], float)
     cost, gradient, H = passed(s, True)
     for number in range(steps):
-        step = -np.linalg.solve(H + damping * np.diag(np.diag(H)), gradient)
+        try:
+            step = -np.linalg.solve(H + damping * np.diag(np.diag(H)), gradient)
+        except np.linalg.LinAlgError:  # laws that all but run away: rounding leaves no inverse
+            break
         if -step @ (gradient + 0.5 * H @ step) < enough:  # what it promises
             break
         other, _, _ = passed(s + step, False)
