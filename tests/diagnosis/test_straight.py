@@ -36,6 +36,7 @@ from twin.mechanisms.sensor_crosstalk import SensorCrosstalk
 from twin.mechanisms.sensor_gain import SensorGain
 from twin.mechanisms.sensor_resonance import SensorResonance
 from twin.mechanisms.stiffness import Stiffness
+from twin.mechanisms.unmeasured_force import UnmeasuredForce
 from twin.model import Twin
 
 
@@ -111,9 +112,9 @@ def test_a_sensor_that_rings_reads_lines_and_what_they_miss_as_it_reads_the_sign
             for s in w]  # fmt: skip
     exact = np.fft.irfft(np.fft.rfft(x) * np.array(read), SAMPLES)
     # stepped over straight lines, which are exact for it (foh)
-    quiet = calmed(instrument, 1 / RATE)
+    A, B = calmed(instrument.A, instrument.B, 1 / RATE)
     lines, *matrices = prefiltered(x[:, None])[:, 0], *cont2discrete(
-        (quiet.A, quiet.B, quiet.C, quiet.D), 1 / RATE, "foh")[:4]  # fmt: skip
+        (A, B, instrument.C, instrument.D), 1 / RATE, "foh")[:4]  # fmt: skip
     stepped = dlsim((*matrices, 1 / RATE), lines)[1][:, 0]
     late = slice(SAMPLES // 2, SAMPLES - 64)
     size, missed = np.std(exact[late]), read_error(instrument, x, 1 / RATE)
@@ -122,14 +123,20 @@ def test_a_sensor_that_rings_reads_lines_and_what_they_miss_as_it_reads_the_sign
 
 
 @pytest.mark.parametrize(("frequency", "rings"), [(60.0, True), (120.0, True), (235.0, False)])
-def test_a_sensor_does_not_ring_above_half_the_rate_and_reads_what_is_slow(frequency, rings):
-    instrument = SensorResonance("acc_tip.x", frequency, 0.01).instrument(0.0)
-    stepped = calmed(instrument, 1 / RATE)
-    assert (stepped is instrument) == rings
-    gain = stepped.D - stepped.C @ np.linalg.solve(stepped.A, stepped.B)
-    assert gain[0, 0] == pytest.approx(1.0, rel=1e-9)
+@pytest.mark.parametrize("kind", ["sensor", "force", "force with edges"])
+def test_above_half_the_rate_nothing_rings_and_what_is_slow_is_as_before(kind, frequency, rings):
+    if kind == "sensor":
+        instrument = SensorResonance("acc_tip.x", frequency, 0.01).instrument(0.0)
+        A, B, C = instrument.A, instrument.B[:, 0], instrument.C[0]
+    else:
+        edged = float(kind == "force with edges")
+        A, B, C = UnmeasuredForce("floor1", 1.0, frequency, 2.0, edged).shaping()
+    stepped, enters = calmed(A, B, 1 / RATE)
+    assert (stepped is A) == rings
+    before = C @ np.linalg.solve(A, B)
+    assert C @ np.linalg.solve(stepped, enters) == pytest.approx(before, rel=1e-9)
     # of its ringing a thousandth is left after four samples, where it would go on for many
-    left = np.abs(np.exp(np.linalg.eigvals(stepped.A) * 4 / RATE))
+    left = np.abs(np.exp(np.linalg.eigvals(stepped) * 4 / RATE))
     assert np.all(left > 0.5) if rings else np.all(left < 1e-3)
 
 

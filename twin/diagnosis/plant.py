@@ -65,7 +65,7 @@ def plant_of(
             from sample to sample, (n,), 0 where none is to; 1 without.
         pseudo_forces: further inputs, each a force on one of the first coordinates.
         step_s: sampling interval [s], if modes above half the sampling rate are not to ring.
-        sampled_s: the same, if instruments are not to ring there.
+        sampled_s: the same, if instruments and forces that nobody measured are not to, either.
 
     Raises:
         ValueError: changes that take more damping than there is.
@@ -110,7 +110,10 @@ def plant_of(
         plant = _driven(plant, *force, np.array([[-rate_of]]), drive, np.ones(1))
     for mechanism in mechanisms:
         if isinstance(mechanism, Disturbance):
-            plant = _driven(plant, *_entry_of(model, mechanism, entry), *mechanism.shaping())
+            block, drive, shape = mechanism.shaping()
+            if sampled_s is not None:
+                block, drive = calmed(block, drive, sampled_s)
+            plant = _driven(plant, *_entry_of(model, mechanism, entry), block, drive, shape)
     for mechanism in mechanisms:
         if isinstance(mechanism, ChannelFault):
             plant = _seen_through(plant, model, mechanism, readings, sampled_s)
@@ -239,7 +242,11 @@ def _seen_through(
     instrument = fault.instrument(max(readings[name] for name in fault.channels))
     if instrument is None:
         return plant
-    return _read(plant, rows, instrument if sampled_s is None else calmed(instrument, sampled_s))
+    if sampled_s is not None:
+        c = instrument.B.shape[1]
+        A, BG = calmed(instrument.A, np.hstack([instrument.B, instrument.G]), sampled_s)
+        instrument = replace(instrument, A=A, B=BG[:, :c], G=BG[:, c:])
+    return _read(plant, rows, instrument)
 
 
 def _read(plant: Plant, rows: Sequence[int], instrument: Instrument) -> Plant:

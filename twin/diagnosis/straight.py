@@ -8,7 +8,7 @@ would ring at each corner.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -188,34 +188,36 @@ def read_error(instrument: Instrument, x: Array, step_s: float) -> Array:
     length = SILENCE * len(x)
     w = np.asarray(2 * np.pi * np.fft.rfftfreq(length, step_s), float)
     error = np.zeros(len(w), complex)
-    for sign, read, lines in ((1, instrument, False), (-1, calmed(instrument, step_s), True)):
-        poles, modes = np.linalg.eig(read.A.astype(complex))
-        seen, driven = read.C[0] @ modes, np.linalg.solve(modes, read.B[:, 0])
+    own = instrument.A, instrument.B
+    for sign, (A, B), lines in ((1, own, False), (-1, calmed(*own, step_s), True)):
+        poles, modes = np.linalg.eig(A.astype(complex))
+        seen, driven = instrument.C[0] @ modes, np.linalg.solve(modes, B[:, 0])
         for p, c, b in zip(poles, seen, driven, strict=True):
             error += sign * c * b * _state(p, w, step_s, lines)
     return np.asarray(np.fft.irfft(error * np.fft.rfft(x, length), length)[: len(x)])
 
 
-def calmed(instrument: Instrument, step_s: float) -> Instrument:
-    """Return an instrument that does not ring above half the sampling rate, as modes do not.
+def calmed(A: Array, B: Array, step_s: float) -> tuple[Array, Array]:
+    """Return a filter s' = A s + B u that does not ring above half the sampling rate.
 
     In steps from sample to sample its ringing would be seen folded into the band, where an analyser
-    lets nothing of it pass. What is slow it reads as before.
+    lets nothing of it pass. What is slow it does as before.
 
     Args:
-        instrument: with states of its own or none.
+        A: its states, (k, k), any number.
+        B: what enters, (k,) or (k, c).
         step_s: sampling interval [s].
     """
-    poles, modes = np.linalg.eig(instrument.A.astype(complex))
+    poles, modes = np.linalg.eig(A.astype(complex))
     size = np.abs(poles)
     ratio = -poles.real / np.maximum(size, 1e-300)
     missing = _turned(size**2, step_s) * np.maximum(CALM - ratio, 0.0)
     if not np.any(missing):
-        return instrument
+        return A, B
     ratio = ratio + missing
     damped = size * (-ratio + 1j * np.sign(poles.imag) * np.sqrt(np.maximum(1 - ratio**2, 0.0)))
-    A = (modes * damped @ np.linalg.inv(modes)).real
-    return replace(instrument, A=A, B=A @ np.linalg.solve(instrument.A, instrument.B))
+    calm = (modes * damped @ np.linalg.inv(modes)).real
+    return calm, calm @ np.linalg.solve(A, B)
 
 
 def noise_gain(model: LinearModel, step_s: float) -> Array:
