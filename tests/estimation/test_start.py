@@ -13,7 +13,7 @@ from twin.estimation.law_averages import LawAverages
 from twin.estimation.likelihood import evaluate
 from twin.estimation.passing import run
 from twin.estimation.sensitivities import plants_of
-from twin.estimation.start import estimated_start
+from twin.estimation.start import _climbed, estimated_start
 
 PORTS = ((1.0, 0.0),)
 
@@ -74,3 +74,14 @@ def test_what_it_begins_with_follows_from_values_nearby():
     again = averages_at(model, here, plants, 0, fresh)
     assert again.start == pytest.approx(fresh.start, rel=0.02, abs=1e-4)
     assert again.start_odds == pytest.approx(fresh.start_odds, abs=0.2)
+
+
+def test_of_laws_that_all_but_run_away_nothing_tells_for_a_state():
+    flat = np.full((2, 2), 1e200)  # slopes beyond all bounds: rounding leaves no curvature
+
+    def passed(s, sloped):
+        return 1.0, np.ones(2), flat
+
+    state, odds, _ = _climbed(passed, np.eye(2), 5, None, 0.01)
+    assert np.array_equal(state, np.zeros(2))
+    assert odds == -np.inf

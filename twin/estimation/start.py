@@ -156,7 +156,7 @@ def _climbed(
     for number in range(steps):
         try:
             step = -np.linalg.solve(H + damping * np.diag(np.diag(H)), gradient)
-        except np.linalg.LinAlgError:  # laws that all but run away: rounding leaves no inverse
+        except np.linalg.LinAlgError:
             break
         if -step @ (gradient + 0.5 * H @ step) < enough:  # what it promises
             break
@@ -168,7 +168,10 @@ def _climbed(
         if gained < enough or number == steps - 1:
             break
         cost, gradient, H = passed(s, True)
-    return np.asarray(root @ s), -0.5 * float(s @ s + np.linalg.slogdet(H)[1]), cost
+    sign, volume = np.linalg.slogdet(H)
+    # of laws that all but run away rounding leaves no curvature: nothing tells for such a state
+    odds = -0.5 * float(s @ s + volume) if sign > 0 else -np.inf
+    return np.asarray(root @ s), odds, cost
 
 
 def root_of(covariance: Array) -> Array:
