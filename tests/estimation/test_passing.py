@@ -10,9 +10,11 @@ from scipy.stats import norm
 from twin.arrays import frozen
 from twin.estimation.averages import averages_at
 from twin.estimation.kalman import gains, start_covariances, stationary
+from twin.estimation.law_averages import LawAverages
 from twin.estimation.passing import run
-from twin.estimation.sensitivities import plants_of
+from twin.estimation.sensitivities import plants_of, slopes_of
 from twin.estimation.stepping import predict
+from twin.estimation.trust import doubt_of, trust_in
 from twin.estimation.unknown_forces import _variance, unknown_forces
 
 PORTS = ((1.0, 0.0),)
@@ -105,3 +107,23 @@ def test_what_holds_leaves_nothing_of_an_uncertain_rate():
     braked = _variance(held, motion, wide, np.zeros(1), (-1.0, 0.0))
     assert free == pytest.approx(1.0, rel=0.2)
     assert braked < 1e-6 * free
+
+
+def test_slopes_that_go_on_longer_than_gains_take_to_settle_end_with_them():
+    trial = shaken(200, 5, (), ())
+    model = TwoMasses((trial,), (), ())
+    z = np.zeros(len(model.unknowns))
+    here = model.assemble(z)
+    plants = plants_of(here, model)
+    (d,) = slopes_of(model, z, here, plants, [LawAverages()], np.ones(len(z), bool))
+    whole = gains(plants[0], here.noises[0])
+    settled, early = len(d.innovation), 10
+    assert len(whole.innovation) == settled > early
+    short = replace(whole, innovation=whole.innovation[[*range(early - 1), -1]])
+    expected = d.innovation[[*range(early - 1), -1]]
+    np.testing.assert_array_equal(d.until(early), expected)
+    np.testing.assert_array_equal(d.until(settled + 5), d.innovation)
+    trust = trust_in(short, np.full((200, 2), 0.1))
+    doubt = doubt_of(short, trust, d)
+    np.testing.assert_allclose(doubt[:-1], doubt_of(whole, trust, d)[: early - 1])
+    np.testing.assert_allclose(doubt[-1], doubt_of(whole, trust, d)[-1])

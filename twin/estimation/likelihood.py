@@ -106,7 +106,7 @@ def evaluate(
         log_likelihood += part.value + result.averages.start_odds
         if slopes is None:
             continue
-        dS, columns = slopes[index].innovation, slopes[index].columns
+        dS, columns = slopes[index].until(len(part.balance)), slopes[index].columns
         white = part.whitened(result.de)
         gradient[columns] -= white.T @ part.white.ravel()
         settled = len(dS) - 1

@@ -66,6 +66,14 @@ class Slopes:
     order: NDArray[np.int64]
     taken_back: dict[int, Assembly]
 
+    def until(self, count: int) -> Array:
+        """Return ``innovation`` at the first samples and the last one, (t, m, m, p), t <= count.
+
+        Gains after a gap may settle sooner than those without it, whose slopes these are.
+        """
+        settled = min(len(self.innovation), count) - 1
+        return np.concatenate([self.innovation[:settled], self.innovation[-1:]])
+
 
 def plants_of(assembly: Assembly, model: Model) -> list[Sampled]:
     """Return the sampled systems of an assembly."""

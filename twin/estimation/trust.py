@@ -39,6 +39,6 @@ def doubt_of(gain: Gains, trust: Array, d: Slopes) -> Array:
     """
     if not (trust.size and len(d.order)):
         return np.zeros((0, 0, 0, 0))
-    dS, settled = d.innovation[..., d.order], len(d.innovation) - 1
-    S = gain.innovation[[*range(settled), -1]]
+    dS = d.until(len(gain.innovation))[..., d.order]
+    S = gain.innovation[[*range(len(dS) - 1), -1]]
     return np.ascontiguousarray(np.einsum("toip,tij->tojp", dS, np.linalg.inv(S)))
