@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from diagnosis_support import lumped, recorded, rng, tones
 
-from twin.diagnosis.beginning import added, from_nominal, moved_to, start_of
+from twin.diagnosis.adjusted import Adjusted
+from twin.diagnosis.beginning import added, from_nominal, moved_to, nominal, start_of
 from twin.diagnosis.candidates import Candidate, motions, priors_of, scales_of, surroundings
 from twin.diagnosis.drawing import far_off
 from twin.diagnosis.hypothesis import Hypothesis
@@ -15,7 +16,7 @@ from twin.diagnosis.pipeline import diagnose
 from twin.diagnosis.prepare import prepare
 from twin.diagnosis.score_test import ScoreTest
 from twin.diagnosis.screening import directions_of, nearest, screen
-from twin.diagnosis.valleys import of_valleys
+from twin.diagnosis.valleys import _nearer, of_valleys
 from twin.estimation.fit import fit
 from twin.estimation.likelihood import evaluate
 from twin.mechanisms.appendage import Appendage
@@ -91,6 +92,27 @@ def test_a_base_that_a_calibration_stands_for_is_found_from_the_nominal_twin():
     brought = fit(true, from_nominal(true, moved_to(true, blank, calibrated.z, base)))
     assert score.gain > 0.5 * (brought.log_posterior - calibrated.log_posterior)
     assert score.start.stiffness == pytest.approx(500.0, rel=0.05)
+
+
+def test_a_dashpot_that_a_calibration_stands_for_is_followed_from_where_it_is_likelier():
+    damped = lumped(Damping("storey1", 3.0))
+    train = [recorded(damped, 1, scale=1.0, at="floor1"), recorded(damped, 2, scale=1.0)]
+    blank = Hypothesis(prepare(lumped(), train, [recorded(damped, 3)]).train)
+    calibrated = fit(blank, start_of(blank))
+    twice = Damping("storey1", 6.0)
+    one = Candidate((twice,), {"change": (0.0, 1.0)})
+    runs = evaluate(blank, calibrated.z, derivatives=False).runs
+    grown, linear = added(blank, one, twice), Linearised.of(blank, runs)
+    beside = moved_to(grown, blank, calibrated.z, twice)
+    options = (beside, nominal(grown, beside))
+    adjusted = Adjusted(linear, calibrated)
+    _, begun, _ = _nearer(adjusted, calibrated, linear.beside(grown), options)
+    assert np.array_equal(begun, options[1])
+    few = [fit(grown, z, most=3).log_posterior for z in options]
+    assert few[1] > few[0] + 100
+    # slopes where the calibration stands for it would have the others adjust themselves to both
+    told = [adjusted.steps(linear.beside(grown), z, 0)[0] for z in options]
+    assert told[0] > told[1]
 
 
 def test_a_clock_that_is_off_by_many_samples_is_found_though_no_straight_line_tells_of_it():

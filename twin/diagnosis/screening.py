@@ -133,7 +133,7 @@ def screen(
         if candidate.label in promising:
             valleys.append(replace(candidate, starts=tuple(promising[candidate.label])))
     if not hypothesis.laws:  # with laws they would be followed beside laws that are held
-        valleys += _followed(scores, least)
+        valleys += _followed([s for s in scores if s.candidate.label not in promising], least)
     most = max([*promised, *(score.gain for score in scores)], default=0.0)
     # no small change tells of a resonance that comes from where there is none, nor of a delay to
     # which the twin has adjusted itself; but where it matters, something nearer does not fit either
@@ -153,6 +153,7 @@ def _followed(scores: Sequence[Score], least: float) -> list[Candidate]:
     """
     worth = [s for s in scores if s.gain > least and isinstance(s.start, StructuralChange)]
     worth.sort(key=lambda score: -score.gain)
+    worth = list({s.candidate.label: s for s in reversed(worth)}.values())[::-1]
     first = first_of_each([score.candidate.label[0] for score in worth])
     return [replace(worth[i].candidate, starts=(worth[i].start,)) for i in first]
 

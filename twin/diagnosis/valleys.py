@@ -80,8 +80,7 @@ def of_valleys(fit: Fit, linear: Linearised, candidates: Sequence[Candidate]) ->
         for start in candidate.starts:
             grown = added(short, candidate, start)
             model, z = linear.beside(grown), moved_to(grown, short, here.z, start)
-            begun = [_begun(adjusted, (-np.inf, b, model), 0) for b in (z, nominal(grown, z))]
-            runners.append(max(begun, key=lambda runner: runner[0]))
+            runners.append(_nearer(adjusted, here, model, (z, nominal(grown, z))))
         racing.append((candidate, _likelier(runners)))
     # the others adjusted, where it begins tells already which places of a mechanism are unlikely
     behind: list[_Race] = []
@@ -116,6 +115,19 @@ def of_valleys(fit: Fit, linear: Linearised, candidates: Sequence[Candidate]) ->
         gain -= candidate.width(mechanism, gain)
         scores.append(Score(candidate, mechanism, gain, shift))
     return scores
+
+
+def _nearer(adjusted: Adjusted, here: Fit, model: Linearised, options: Sequence[Array]) -> _Runner:
+    """Return the likelier of beginnings: with the others adjusted, unless these go too far for it.
+
+    Where the structure changes straight with what is added a calibration that stands for it is far
+    from where the others are with it, and slopes there adjust them to anything.
+    """
+    if model.hypothesis.mechanisms[-1].valleys == 1:
+        begun = [(likeliest(model, [z])[0] - here.log_posterior, z, model) for z in options]
+    else:
+        begun = [_begun(adjusted, (-np.inf, z, model), 0) for z in options]
+    return max(begun, key=lambda runner: runner[0])
 
 
 def _begun(adjusted: Adjusted, runner: _Runner, steps: int) -> _Runner:
