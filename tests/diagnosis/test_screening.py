@@ -9,13 +9,14 @@ from diagnosis_support import lumped, recorded, rng, tones
 from twin.diagnosis.adjusted import Adjusted
 from twin.diagnosis.beginning import added, from_nominal, moved_to, nominal, start_of
 from twin.diagnosis.candidates import Candidate, motions, priors_of, scales_of, surroundings
+from twin.diagnosis.directions import directions_of, nearest
 from twin.diagnosis.drawing import far_off
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.linearised import Linearised
 from twin.diagnosis.pipeline import diagnose
 from twin.diagnosis.prepare import prepare
 from twin.diagnosis.score_test import ScoreTest
-from twin.diagnosis.screening import directions_of, nearest, screen
+from twin.diagnosis.screening import screen
 from twin.diagnosis.valleys import _nearer, of_valleys
 from twin.estimation.fit import fit
 from twin.estimation.likelihood import evaluate

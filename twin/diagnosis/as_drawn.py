@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from twin.diagnosis.beginning import added, moved_to
 from twin.diagnosis.candidates import Candidate
+from twin.diagnosis.directions import directions_of
 from twin.diagnosis.drawing import far_off, with_tolerance
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.portion import ROUGH, beginning_of
-from twin.diagnosis.screening import directions_of
 from twin.diagnosis.valleys import FIRST, LAPS, Score
 from twin.estimation.fit import LONGEST
 from twin.estimation.laws import no_memory

@@ -260,8 +260,7 @@ class Problem:
 
     def _with_inertia(self, model: LinearModel, z: Array) -> LinearModel:
         """Return the model with the inertia forces of a shaken base that its masses have."""
-        first = len(self.stiffnesses)
-        shares = np.expm1(self.tolerance * z[first : first + len(self.masses)])
+        shares = np.expm1(self.tolerance * z[len(self.stiffnesses) :][: len(self.masses)])
         return with_inertia(
             model, [(b, float(s)) for (_, b), s in zip(self.masses, shares, strict=True)]
         )
@@ -274,11 +273,10 @@ class Problem:
             for name, level in zip(self.model.outputs, self.output_levels[t], strict=True):
                 out.append(Unknown(f"noise of {name} in {r.name}", float(np.log(level)),
                                    NOISE_DEVIATION, True, "noise", t, True))  # fmt: skip
-            for i, name in enumerate(self.model.inputs):
-                if r.driven[i]:
-                    level = max(r.input_noise[i], 1e-5 * float(np.sqrt(np.mean(r.u[:, i] ** 2))))
-                    out.append(Unknown(f"noise of {name} in {r.name}", float(np.log(level)),
-                                       r.input_deviation, True, "noise", t, True))  # fmt: skip
+            for i in np.flatnonzero(r.driven).tolist():
+                level = max(r.input_noise[i], 1e-5 * self.input_readings[t, i])
+                out.append(Unknown(f"noise of {self.model.inputs[i]} in {r.name}", np.log(level),
+                                   r.input_deviation, True, "noise", t, True))  # fmt: skip
             out.append(Unknown(f"process noise in {r.name}", float(np.log(self.process_levels[t])),
                                PROCESS_DEVIATION, True, "noise", t, True))  # fmt: skip
         return tuple(out)
