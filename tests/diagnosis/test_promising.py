@@ -13,9 +13,10 @@ from twin.diagnosis.explanation import Explanation
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.portion import on_a_part
 from twin.diagnosis.prepare import prepare
-from twin.diagnosis.promising import fitted, on_the_part
+from twin.diagnosis.promising import _compared, fitted, on_the_part
 from twin.diagnosis.search import _back
 from twin.estimation.fit import fit
+from twin.estimation.likelihood import evaluate
 from twin.mechanisms.cubic_stiffness import CubicStiffness
 from twin.mechanisms.quadratic_drag import QuadraticDrag
 
@@ -66,3 +67,15 @@ def test_a_twin_is_back_at_its_drawing_when_it_is_likelier_and_has_not_moved(kno
     }  # fmt: skip
     assert _back(nothing, [at["near"], at["far"], at["nearer"], at["behind"]]) is at["nearer"]
     assert _back(nothing, [at["far"], at["behind"]]) is None
+
+
+def test_each_is_compared_with_the_inputs_that_are_likeliest_with_it(known):
+    here, _, begun = known
+    one = begun["cubic_stiffness"]
+    held = replace(here.problem, between=("held",) * len(here.problem.between))
+    h = replace(one.hypothesis, problem=held)
+    compared = _compared([replace(one, hypothesis=h)], -np.inf)
+    found, z = compared[0]
+    assert set(found.problem.between) == {"band_limited"}
+    assert found.problem.recordings is held.recordings
+    assert evaluate(found, z, False).log_likelihood > evaluate(h, z, False).log_likelihood

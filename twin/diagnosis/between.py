@@ -100,6 +100,20 @@ def again(
     return hypothesis, found
 
 
+def with_other_inputs(hypothesis: Hypothesis, found: Fit, enough: float) -> tuple[Hypothesis, Fit]:
+    """Return a fit with other inputs between the samples if these are likelier where it is.
+
+    Args:
+        hypothesis: what was fitted.
+        found: its fit.
+        enough: gain [nat] below which a step of the fit with the likeliest is not worth another.
+    """
+    for others in _of_inputs(hypothesis.problem):
+        problems = others(hypothesis, found)
+        hypothesis, found = _better(hypothesis, found, problems, 0, enough)
+    return hypothesis, found
+
+
 def _better(
     hypothesis: Hypothesis,
     found: Fit,
@@ -184,13 +198,16 @@ def filter_in_words(hypothesis: Hypothesis) -> tuple[str, ...]:
     return (f"{which} are simulated, and seen through a low-pass {kind}, its edge {edge}",)
 
 
+def _of_inputs(problem: Problem) -> list[Callable[[Hypothesis, Fit], list[Problem]]]:
+    """Return what finds other inputs, and other commands."""
+    driven = sorted({_driven(problem, name) for name in problem.model.inputs})
+    return [partial(_otherwise_between, driven=d) for d in driven]
+
+
 def _groups(hypothesis: Hypothesis) -> list[Callable[[Hypothesis, Fit], list[Problem]]]:
     """Return what finds other problems: of inputs, commands, motion, folding and the filter."""
     problem = hypothesis.problem
-    driven = sorted({_driven(problem, name) for name in problem.model.inputs})
-    groups: list[Callable[[Hypothesis, Fit], list[Problem]]] = [
-        partial(_otherwise_between, driven=d) for d in driven
-    ]
+    groups = _of_inputs(problem)
     if problem.kinematics is not None:
         groups.append(_otherwise_large)
     if any(np.any(blur) for blur in _folded(problem)):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from twin.diagnosis.beginning import (
     likeliest,
     moved_to,
 )
+from twin.diagnosis.between import with_other_inputs
 from twin.diagnosis.drawing import far_off
 from twin.diagnosis.explanation import Explanation, converged, explained
 from twin.diagnosis.hypothesis import Hypothesis
@@ -42,13 +44,12 @@ def fitted(
         tell: is told each fit.
         ahead: an explanation that they must come near.
     """
-    compared = {index: one.z for index, one in enumerate(begun)}
+    compared = {index: (one.hypothesis, one.z) for index, one in enumerate(begun)}
     if on_a_part(here) is not None:
         tell(f"comparing {len(begun)} candidates")
         compared = _compared(begun, -np.inf if ahead is None else on_the_part(ahead))
     fits: list[Explanation] = []
-    for number, (index, z) in enumerate(compared.items()):
-        h = begun[index].hypothesis
+    for number, (index, (h, z)) in enumerate(compared.items()):
         new = h.mechanisms[len(here.mechanisms) :]
         place = f"{len(new)} channels" if len(new) > 1 else new[0].place
         tell(f"fitting {new[0].name} at {place} ({number + 1} of {len(compared)})")
@@ -63,27 +64,30 @@ def fitted(
     return sorted(fits, key=lambda e: -e.log_odds)
 
 
-def _compared(begun: Sequence[Begun], least: float) -> dict[int, Array]:
-    """Return which hypotheses to fit, and where a part of the samples led: index -> values, (p,).
+def _compared(begun: Sequence[Begun], least: float) -> dict[int, tuple[Hypothesis, Array]]:
+    """Return which hypotheses to fit, and where a part of the samples led, (p,), by index.
 
     The likeliest first, and not those that are behind another one both there and in the screening
-    of all samples. None that are behind ``least`` on the part.
+    of all samples. None that are behind ``least`` on the part. Each with the inputs between samples
+    that are likeliest with it: a twin that lacks it may have taken them for something else.
     """
-    found: dict[int, tuple[float, Array]] = {}
+    found: dict[int, tuple[float, Hypothesis, Array]] = {}
     for index, one in enumerate(begun):
         h, z = one.hypothesis, one.z
         ahead = max((found[i][0] for i in found if begun[i].gain >= one.gain), default=-np.inf)
         ahead = max(ahead, least)
         starts = [z, from_nominal(h, z)] if far_off(h.problem, z) else [z]
-        told = [(-np.inf, z)]
+        told = [(-np.inf, h, z)]
         for at in starts:
             part = attempted(beginning_of(h), at, hopeless=ahead - SURE, enough=ROUGH)
             if part is not None:
-                told.append((part.log_evidence, part.z))
+                ended, part = with_other_inputs(beginning_of(h), part, ROUGH)
+                problem = replace(ended.problem, recordings=h.problem.recordings)
+                told.append((part.log_evidence, replace(h, problem=problem), part.z))
         found[index] = max(told, key=lambda one: one[0])
     return {
-        index: z
-        for index, (value, z) in sorted(found.items(), key=lambda item: -item[1][0])
+        index: (h, z)
+        for index, (value, h, z) in sorted(found.items(), key=lambda item: -item[1][0])
         if value
         >= max([least, *(found[i][0] for i in found if begun[i].gain >= begun[index].gain)]) - SURE
     }
