@@ -78,12 +78,14 @@ def _compared(begun: Sequence[Begun], least: float) -> dict[int, tuple[Hypothesi
         ahead = max(ahead, least)
         starts = [z, from_nominal(h, z)] if far_off(h.problem, z) else [z]
         told = [(-np.inf, h, z)]
+        part = beginning_of(h)
         for at in starts:
-            part = attempted(beginning_of(h), at, hopeless=ahead - SURE, enough=ROUGH)
-            if part is not None:
-                ended, part = with_other_inputs(beginning_of(h), part, ROUGH)
-                problem = replace(ended.problem, recordings=h.problem.recordings)
-                told.append((part.log_evidence, replace(h, problem=problem), part.z))
+            end = attempted(part, at, hopeless=ahead - SURE, enough=ROUGH)
+            if end is None:
+                continue
+            other, end = with_other_inputs(part, end, ROUGH)
+            whole = replace(h, problem=replace(h.problem, between=other.problem.between))
+            told.append((end.log_evidence, h if other is part else whole, end.z))
         found[index] = max(told, key=lambda one: one[0])
     return {
         index: (h, z)
