@@ -16,6 +16,8 @@ from twin.mechanisms.damping import Damping
 from twin.mechanisms.mass import Mass
 from twin.mechanisms.p_delta import PDelta
 from twin.mechanisms.sensor_drift import FLICKER, SensorDrift
+from twin.mechanisms.sensor_resonance import SensorResonance
+from twin.mechanisms.unmeasured_force import UnmeasuredForce
 from twin.recording import Recording
 
 
@@ -35,6 +37,18 @@ def test_no_more_of_a_force_is_noise_than_was_read_of_it():
         levels[level / read] = h.assemble(z).noises[0].held[0] / read
     expected = [1e-3, np.sqrt(0.5), 1.0]
     np.testing.assert_allclose(list(levels.values()), expected, rtol=1e-6)
+
+
+def test_nothing_that_a_predictor_steps_rings_above_half_the_sampling_rate():
+    problem = prepare(lumped(), [recorded(lumped(), 1)], [recorded(lumped(), 2)]).train
+    high = 0.9 * problem.sampling_hz
+    both = SensorResonance("acc_floor1", high, 0.01), UnmeasuredForce("floor1", 1.0, high, 0.5)
+    priors = tuple({n: (np.log(m.values[n]), 0.1) for n in m.parameters} for m in both)
+    h = replace(Hypothesis(problem), mechanisms=both, priors=priors)
+    poles = np.linalg.eigvals(h.assemble(np.zeros(len(h.unknowns))).systems[0].A)
+    above = poles[np.abs(poles) > np.pi * problem.sampling_hz]
+    assert len(above) == 4
+    assert np.all(-above.real / np.abs(above) > 0.69)
 
 
 def test_the_weight_of_a_bolted_mass_leans_on_what_is_below_it():

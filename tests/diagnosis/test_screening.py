@@ -114,6 +114,11 @@ def test_a_dashpot_that_a_calibration_stands_for_is_followed_from_where_it_is_li
     # slopes where the calibration stands for it would have the others adjust themselves to both
     told = [adjusted.steps(linear.beside(grown), z, 0)[0] for z in options]
     assert told[0] > told[1]
+    # straight lines tell of it in two ways, and it is followed once
+    moved = motions(blank.problem, blank, calibrated.z)
+    starts = Damping.starts("storey1", surroundings(blank.problem, moved, "storey1"))
+    followed = screen(calibrated, blank, [Candidate(starts, priors_of(starts))], moved).valleys
+    assert [c.label for c in followed] == [("damping", "storey1")]
 
 
 def test_a_clock_that_is_off_by_many_samples_is_found_though_no_straight_line_tells_of_it():

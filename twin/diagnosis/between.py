@@ -74,8 +74,9 @@ def _late(hypothesis: Hypothesis, found: Fit) -> tuple[Hypothesis, Array]:
 
 
 def again(
-    hypothesis: Hypothesis, found: Fit, steps: int = FEW, enough: float = WORTH_A_STEP
-) -> tuple[Hypothesis, Fit]:
+    hypothesis: Hypothesis, found: Fit, steps: int = FEW, enough: float = WORTH_A_STEP,
+    inputs_alone: bool = False,
+) -> tuple[Hypothesis, Fit]:  # fmt: skip
     """Return a fit with other inputs between the samples, or another analyser, if likelier now.
 
     A twin that lacks much takes them for what they are not. Others are fitted from where it is, a
@@ -87,30 +88,17 @@ def again(
         found: its fit.
         steps: of a fit with other inputs; with none only the likelihood at the same values counts.
         enough: gain [nat] below which a step of the fit with the likeliest is not worth another.
+        inputs_alone: whether nothing but inputs and commands is asked for.
     """
     if steps and not _open(hypothesis, found, steps):
         return hypothesis, found
-    for others in _groups(hypothesis):
+    for others in _of_inputs(hypothesis.problem) if inputs_alone else _groups(hypothesis):
         before = None
         while before is not hypothesis:
             before = hypothesis
             hypothesis, found = _better(hypothesis, found, others(hypothesis, found), steps, enough)
             if others not in (_otherwise_filtered, _otherwise_folded):
                 break  # of few kinds the best is known; of these only where to look further
-    return hypothesis, found
-
-
-def with_other_inputs(hypothesis: Hypothesis, found: Fit, enough: float) -> tuple[Hypothesis, Fit]:
-    """Return a fit with other inputs between the samples if these are likelier where it is.
-
-    Args:
-        hypothesis: what was fitted.
-        found: its fit.
-        enough: gain [nat] below which a step of the fit with the likeliest is not worth another.
-    """
-    for others in _of_inputs(hypothesis.problem):
-        problems = others(hypothesis, found)
-        hypothesis, found = _better(hypothesis, found, problems, 0, enough)
     return hypothesis, found
 
 

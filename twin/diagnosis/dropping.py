@@ -62,7 +62,7 @@ def dropped(
         if settled_against(fewer, begun, with_all):
             return None
     fits: list[Explanation] = []
-    for z in _starts(fewer, options)[:3]:  # as sharp as they are seen: ``explained``
+    for z in _starts(fewer, options)[:3]:  # sharp ones follow from these: ``explained``
         top = max([best, *fits], key=lambda e: e.log_odds)
         found = explained(fewer, z, cost, top)
         fits += [found] if found is not None else []

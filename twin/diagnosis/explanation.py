@@ -56,15 +56,14 @@ def explained(h: Hypothesis, z: Array, cost: float, top: Explanation) -> Explana
         top: what must be within reach.
     """
     spent = cost * len(h.mechanisms)
+    # another tolerance may be worth as much to this one
+    least = top.log_odds + spent - (odds_of(top.hypothesis, top.fit) - top.fit.log_evidence)
     fits: list[Explanation] = []
     options = [seen for form in in_every_form(h) for seen in seen_otherwise(form)]
     for option, begun in within_reach(options, z):
-        ahead = max([top, *fits], key=lambda e: e.log_odds)
-        # another tolerance may be worth as much to this one
-        worth = odds_of(ahead.hypothesis, ahead.fit) - ahead.fit.log_evidence
-        least = ahead.log_odds + spent - worth
+        ahead = max([least, *(e.fit.log_evidence for e in fits)])
         try:
-            rough = fit(option, begun, hopeless=least, patience=SURE)
+            rough = fit(option, begun, hopeless=ahead, patience=SURE)
             other, found = again(option, rough, steps=0)
             if abs(found.log_evidence - least) < SURE:
                 found = fit(other, found.z, near=found.averages)

@@ -18,7 +18,7 @@ from twin.diagnosis.beginning import (
     likeliest,
     moved_to,
 )
-from twin.diagnosis.between import with_other_inputs
+from twin.diagnosis.between import again
 from twin.diagnosis.drawing import far_off
 from twin.diagnosis.explanation import Explanation, converged, explained
 from twin.diagnosis.hypothesis import Hypothesis
@@ -83,7 +83,7 @@ def _compared(begun: Sequence[Begun], least: float) -> dict[int, tuple[Hypothesi
             end = attempted(part, at, hopeless=ahead - SURE, enough=ROUGH)
             if end is None:
                 continue
-            other, end = with_other_inputs(part, end, ROUGH)
+            other, end = again(part, end, steps=0, enough=ROUGH, inputs_alone=True)
             whole = replace(h, problem=replace(h.problem, between=other.problem.between))
             told.append((end.log_evidence, h if other is part else whole, end.z))
         found[index] = max(told, key=lambda one: one[0])
