@@ -11,10 +11,13 @@ from twin.diagnosis.explanation import Explanation
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.prepare import prepare
 from twin.diagnosis.scales import Scales
+from twin.diagnosis.sizes import left_share, negligible
 from twin.estimation.fit import Fit
+from twin.mechanisms.bumper import Bumper
+from twin.mechanisms.clearance import Clearance
 from twin.mechanisms.cubic_stiffness import CubicStiffness
 
-SCALES = Scales({"storey2": (0.1, 1e-3, 0.02)})
+SCALES = Scales({"storey1": (0.1, 1e-3, 0.02), "storey2": (0.1, 1e-3, 0.02)})
 
 
 def hypothesis(twin, model=None):
@@ -51,3 +54,56 @@ def test_after_a_search_by_simulation_it_is_the_share_of_the_greatest_law_there(
         levels.append(with_noise(found).fit.values["discrepancy storey2"])
     assert levels[0] == pytest.approx(levels[1], rel=1e-6)
     assert levels[0] > 0
+
+
+def beside(problem, *laws):
+    """A hypothesis with laws, and values of its unknowns at their priors' means."""
+    h = Hypothesis(problem, laws, tuple(priors_of((law,)) for law in laws), SCALES)
+    return h, np.zeros(len(h.unknowns))
+
+
+def with_share(h, z, share):
+    place = [u.role for u in h.unknowns].index("error")
+    out = z.copy()
+    out[place] = (np.log(share) - h.unknowns[place].mean) / h.unknowns[place].deviation
+    return out
+
+
+def as_fitted(h, z):
+    return Fit(h, z, np.eye(len(z)), 0.0, 0.0, 0.0, "converged")
+
+
+def test_a_law_that_acts_at_times_is_off_by_a_share_and_by_no_latent_force():
+    problem = hypothesis(lumped()).problem
+    h, z = beside(problem, Bumper("storey2", 500.0, 5e-4))
+    assert [u.name for u in h.unknowns if "discrepancy" in u.name] == ["discrepancy storey2 share"]
+    assert h.assemble(z).errors == pytest.approx((0.01,))
+    both, z = beside(problem, CubicStiffness("storey2", 1e5), Clearance("storey2", 100.0, 1e-4))
+    assert (both.ports, both.erring) == (("storey2",), ("storey2",))
+    here = both.assemble(z)
+    assert here.errors == pytest.approx((0.0, 0.01))
+    assert len(here.systems[0].A) == len(h.assemble(np.zeros(len(h.unknowns))).systems[0].A) + 1
+
+
+@pytest.mark.parametrize("share", [0.02, 0.3])
+def test_what_is_left_of_a_stop_is_its_share(share):
+    problem = hypothesis(lumped()).problem
+    h, z = beside(problem, Bumper("storey2", 500.0, 5e-4))
+    z = with_share(h, z, share)
+    left = left_share(h, as_fitted(h, z), h.mechanisms[0], 2.0)
+    assert left == pytest.approx(share / np.hypot(1.0, share))
+
+
+@pytest.mark.parametrize(("size", "trifle"), [(0.1, True), (0.5, False)])
+def test_beside_a_stop_that_is_off_what_is_smaller_is_negligible(size, trifle):
+    problem = hypothesis(lumped()).problem
+    h, z = beside(problem, Bumper("storey2", 500.0, 5e-4), CubicStiffness("storey1", 1e3))
+    z = with_share(h, z, 0.3)
+    assert negligible(h, as_fitted(h, z), [], [1.0, size]) == [False, trifle]
+
+
+def test_after_a_search_by_simulation_a_stop_is_off_by_what_is_left():
+    problem = hypothesis(lumped()).problem
+    h, _ = beside(problem, Bumper("storey2", 500.0, 5e-4))
+    found = with_noise(Explanation(h, as_fitted(h, start_of(h)), 0.0))
+    assert 0.0 < found.fit.values["discrepancy storey2 share"] < 2.0

@@ -99,6 +99,7 @@ class TwoMasses:
     loose: float = 0.1
     low_pass: LowPass | None = None
     yielding: float = 0.0
+    errors: bool = False
 
     @property
     def unknowns(self) -> tuple[Unknown, ...]:
@@ -111,6 +112,8 @@ class TwoMasses:
         for t in range(len(self.trials)):
             out.append(Unknown(f"output noise {t}", np.log(0.05), 0.5, True, "noise", t, True))
             out.append(Unknown(f"input noise {t}", np.log(0.02), 0.5, True, "noise", t, True))
+        if self.errors:
+            out.append(Unknown("error", np.log(0.1), 1.0, True, "error", level=True))
         return tuple(out)
 
     def assemble(self, z):
@@ -132,7 +135,8 @@ class TwoMasses:
         scales = np.tile([5.0, 0.01, 0.2, self.yielding], (len(self.laws), 1))
         return Assembly((system,), (0,) * len(self.trials), noises, self.laws, numbers, scales,
                         self.steps, np.zeros(1, bool), self.trials,
-                        low_pass=self.low_pass)  # fmt: skip
+                        low_pass=self.low_pass,
+                        errors=(values[-1],) * len(self.laws) * self.errors)  # fmt: skip
 
     blurred = False
 

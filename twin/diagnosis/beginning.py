@@ -65,8 +65,11 @@ def moved_to(grown: Hypothesis, before: Hypothesis, z: Array, start: Mechanism) 
 
 
 def widened(hypothesis: Hypothesis, z: Array) -> Array:
-    """Return values with so much process noise that a model far off still has a likelihood."""
-    wide = [u.name.startswith("process noise") for u in hypothesis.unknowns]
+    """Return values with so much process noise that a model far off still has a likelihood.
+
+    Laws that act at times are as far off.
+    """
+    wide = [u.name.startswith("process noise") or u.role == "error" for u in hypothesis.unknowns]
     return np.where(wide, np.maximum(z, WIDE), z)
 
 

@@ -227,7 +227,10 @@ def with_noise(explanation: Explanation) -> Explanation:
             level[f"noise of {output} in {recording.name}"] = value
     for law, force in zip(hypothesis.laws, model.law_forces(z), strict=True):
         name = f"discrepancy {hypothesis.port_of(law.place)}"
-        level[name] = max(level.get(name, 0.0), error * force)
+        if law.at_times:
+            level[f"{name} share"] = error
+        else:
+            level[name] = max(level.get(name, 0.0), error * force)
     for i, unknown in enumerate(hypothesis.unknowns):
         if unknown.name in level:
             value = np.log(max(level[unknown.name], 1e-300))

@@ -2,7 +2,8 @@
 
 No law has quite the form that it is given, and an analyser's filter smears those that jump: at each
 law's port acts a latent force beside it, and to each channel that sees a law jump a latent reading
-is added (Kennedy and O'Hagan 2001, section 4.1).
+is added (Kennedy and O'Hagan 2001, section 4.1). A law that acts at times errs only then: by a
+share of its force (``twin.estimation.acting``).
 """
 
 from __future__ import annotations
@@ -44,6 +45,13 @@ def smeared_outputs(laws: Sequence[Law], model: LinearModel) -> tuple[str, ...]:
         through = np.abs(model.Ca @ moved) / np.linalg.norm(moved)
         seen = np.maximum(seen, through / np.maximum(np.max(np.abs(model.Ca), axis=1), 1e-300))
     return tuple(n for n, s in zip(model.outputs, seen, strict=True) if s > SEEN)
+
+
+def error_of(port: str) -> Unknown:
+    """Return the share by which laws that act at times are off at a port."""
+    level = float(np.log(DISCREPANCY_SHARE))
+    return Unknown(f"discrepancy {port} share", level, DISCREPANCY_DEVIATION, True, "error",
+                   level=True)  # fmt: skip
 
 
 def unknowns_at(place: str, size: float, quick_hz: float) -> tuple[Unknown, Unknown]:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis.blurring import CUT_OFF, smear
-from twin.diagnosis.discrepancy import port_of, smeared_outputs, unknowns_at
+from twin.diagnosis.discrepancy import error_of, port_of, smeared_outputs, unknowns_at
 from twin.diagnosis.mending import as_read
 from twin.diagnosis.parts import parts_of, yielding
 from twin.diagnosis.plant import structure_of
@@ -66,8 +66,15 @@ class Hypothesis:
 
     @cached_property
     def ports(self) -> tuple[str, ...]:
-        """Ports of the laws, found or held by the model, each once: there stands a discrepancy."""
-        return tuple(dict.fromkeys(self.port_of(law.place) for law in self._every_law))
+        """Ports of laws, found or held by the model, each once: there stands a latent force."""
+        laws = (law for law in self._every_law if not law.at_times)
+        return tuple(dict.fromkeys(self.port_of(law.place) for law in laws))
+
+    @cached_property
+    def erring(self) -> tuple[str, ...]:
+        """The same of laws that act at times, and err only then."""
+        laws = (law for law in self._every_law if law.at_times)
+        return tuple(dict.fromkeys(self.port_of(law.place) for law in laws))
 
     def port_of(self, place: str) -> str:
         """Return the port where the discrepancy of laws at a port stands."""
@@ -139,6 +146,7 @@ class Hypothesis:
             else:
                 size, quick = self.around(place)[0], self.middle_hz
             out += unknowns_at(place, size, quick)
+        out += map(error_of, self.erring)
         ranged = [
             Unknown(f"{m.name} {m.place} in {r.name}", 0.0, RANGED, True, "system", t)
             for m in self._ranged
@@ -182,6 +190,8 @@ class Hypothesis:
         latent = values[at : at + 2 * len(self.doubted)]
         plants, starts = self._plants(z, mechanisms, latent)
         at += 2 * len(self.doubted)
+        shares = dict(zip(self.erring, values[at:], strict=False))
+        at += len(self.erring)
         noises = []
         for t, recording in enumerate(problem.recordings):
             m = len(problem.model.outputs)
@@ -216,6 +226,7 @@ class Hypothesis:
             low_pass=problem.low_pass if self.simulated else None,
             own=tuple(plant.system for plant in plants.own),
             ringing=self._ringing if plants.own else None,
+            errors=tuple(shares[self.port_of(w.place)] if w.at_times else 0.0 for w in laws),
         )  # fmt: skip
 
     def around(self, place: str) -> tuple[float, float, float]:

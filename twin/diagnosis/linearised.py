@@ -122,6 +122,8 @@ class Linearised:
                 None if a.blur is None else a.blur[: len(t.y)]
                 for a, t in zip(self.averages, here.trials, strict=True)
             ),
+            kicks=tuple(a.kicks for a in self.averages),
+            errors=(),
         )
 
     def _trials(self, trials: Sequence[Trial]) -> tuple[Trial, ...]:

@@ -78,6 +78,7 @@ def negligible(
     model, problem = hypothesis.problem.model, hypothesis.problem
     mechanisms = hypothesis.at(fit.z)
     known = known_forces(hypothesis, fit.z, beside)
+    of_model = [m for m in problem.known if isinstance(m, Law)]
     latent = unexplained_in(mechanisms)
     heard = pushes(hypothesis, fit.z, beside) if latent else [None] * len(mechanisms)
     within = [_calibrated(m, model, beside) for m in mechanisms]
@@ -86,10 +87,10 @@ def negligible(
         left = max(inexact(mechanisms, sizes, index, known), of_known(problem, mechanism, known))
         own = hypothesis.port_of(mechanism.place) if isinstance(mechanism, Law) else None
         greatest = _greatest(hypothesis, mechanisms, sizes, own)
-        for port in hypothesis.ports:
+        for port in (*hypothesis.ports, *hypothesis.erring):
             if port != own or index != greatest:
-                level = _left_at(port, fit, problem)
-                left = max(left, level * float(np.linalg.norm(model.port(port))))
+                there = [*zip(mechanisms, sizes, strict=True), *zip(of_model, known, strict=True)]
+                left = max(left, _left_at(port, hypothesis, fit, there))
         if isinstance(mechanism, StructuralChange) and mechanism.verdict == "parameter":
             left = max(left, _scatter(problem, mechanism, beside))
         beyond = [not w for i, w in enumerate(within) if i != index]
@@ -146,14 +147,36 @@ def left_share(
     """
     if not isinstance(mechanism, Law) or size is None:
         return None
-    port = hypothesis.port_of(mechanism.place)
-    row = hypothesis.problem.model.port(port)
-    left = _left_at(port, fit, hypothesis.problem) * float(np.linalg.norm(row))
+    left = _left_at(hypothesis.port_of(mechanism.place), hypothesis, fit, [(mechanism, size)])
     return float(left / np.hypot(left, size)) if left or size else None
 
 
-def _left_at(port: str, fit: Fit, problem: Problem) -> float:
-    """Return the RMS by which the discrepancy at a port varies within the longest recording.
+def _left_at(
+    port: str, hypothesis: Hypothesis, fit: Fit, sizes: Sequence[tuple[Mechanism, float | None]]
+) -> float:
+    """Return the RMS modal force by which the discrepancies at a port vary within a recording.
+
+    Args:
+        port: where laws stand.
+        hypothesis: the twin with its mechanisms.
+        fit: how it came out.
+        sizes: RMS modal forces of mechanisms; of laws that act at times there, a share is left.
+    """
+    left = 0.0
+    if port in hypothesis.ports:
+        row = hypothesis.problem.model.port(port)
+        left = _varying(port, fit, hypothesis.problem) * float(np.linalg.norm(row))
+    if port in hypothesis.erring:
+        share = fit.values[f"discrepancy {port} share"]
+        left = float(np.linalg.norm([left, *(
+            share * (size or 0.0) for law, size in sizes
+            if isinstance(law, Law) and law.at_times and hypothesis.port_of(law.place) == port
+        )]))  # fmt: skip
+    return left
+
+
+def _varying(port: str, fit: Fit, problem: Problem) -> float:
+    """Return the RMS by which the latent force at a port varies within the longest recording.
 
     One that is slower than that is a force that stays: a structure at rest between jaws that grip
     it knows one, and no motion does. Of first-order noise with the corner w, over a time T = x/w,

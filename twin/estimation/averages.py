@@ -14,10 +14,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.estimation.acting import while_acting
 from twin.estimation.density import density
 from twin.estimation.instants import blown, unknown_instants
 from twin.estimation.kalman import EquivalentLinear, gains
-from twin.estimation.law_averages import LawAverages
+from twin.estimation.law_averages import LawAverages, both
 from twin.estimation.laws import no_memory
 from twin.estimation.model import Assembly, Model, Trial
 from twin.estimation.passing import Run, Simulation, deviations, run, simulated
@@ -56,12 +57,12 @@ def averages_at(
     """
     plant, trial = plants[here.which[index]], here.trials[index]
     if not here.laws:
-        return LawAverages(blur=here.blurs[index] if here.blurs else trial.blur)
+        return _known(here, index)
     near = near if near is not None and near.may_begin(plant.system) else None
     if plant.driven is not None:
         blur = _ringing(model, here, plant.system, trial) if model.blurred else None
         kicks, seen = blown(here, index, plant)
-        known = LawAverages(blur=_both(_both(blur, trial.blur), seen), kicks=kicks)
+        known = LawAverages(blur=both(both(blur, trial.blur), seen), kicks=kicks)
         value, found = _holding(here, index, plant, known, near, None)
         for _ in range(ROUNDS - 1 if near is None else 0):
             last = value
@@ -70,6 +71,14 @@ def averages_at(
                 break
         return found
     return _following(model, here, index, plant, near)
+
+
+def _known(here: Assembly, index: int) -> LawAverages:
+    """Return what is uncertain in a recording beside a linear system."""
+    samples = len(here.trials[index].y)
+    blur = here.blurs[index] if here.blurs else here.trials[index].blur
+    kicks = here.kicks[index] if here.kicks else {}
+    return LawAverages(blur=blur, kicks={k: more for k, more in kicks.items() if k < samples})
 
 
 def _following(
@@ -89,7 +98,8 @@ def _following(
         start, odds = estimated_start(here, trial, plant, noise, found)
     else:
         blur = None if near.blur is None else near.blur[: len(trial.y)]
-        found = replace(near, blur=blur)
+        kicks = {k: more for k, more in near.kicks.items() if k < len(trial.y)}
+        found = replace(near, blur=blur, kicks=kicks)
         start, odds = estimated_start(here, trial, plant, noise, found, 1, near.start)
     found = replace(found, start=start, start_odds=odds)
     noise = found.beginning(noise)
@@ -103,26 +113,27 @@ def _of_pass(model: Model, here: Assembly, trial: Trial, noise: Noise, passed: R
     if not (np.all(np.isfinite(passed.f)) and np.all(np.isfinite(passed.x))):
         return LawAverages()  # laws that run away here: another step will not go there
     plant, system = passed.sampled, passed.sampled.system
-    blur = _both(model.blur(passed.f, system) if model.blurred else None, trial.blur)
+    blur = both(model.blur(passed.f, system) if model.blurred else None, trial.blur)
     slopes = np.zeros((len(here.laws), 2))
     for j, row in enumerate(system.drift):
         motion = np.column_stack([passed.x @ row, passed.x @ system.rate[j]])
         size = np.maximum(np.sqrt(np.mean(motion**2, axis=0)), 1e-300)
         slopes[j] = np.linalg.lstsq(motion / size, passed.f[:, j], rcond=None)[0] / size
     tangent = LawAverages(slopes=slopes).tangent(system)
+    bare = while_acting(LawAverages(None, blur), plant, here.errors, passed.f)
     if not np.all(np.isfinite(tangent)):
-        return LawAverages(None, blur)
+        return bare
     with np.errstate(all="ignore"):  # laws that run away here: another step will not go there
         bent = system.A + system.E @ tangent
         whole = transition(bent, np.zeros((len(bent), 0)), plant.steps * plant.step_s, 0)[0]
     equivalent = EquivalentLinear(whole - plant.whole, system.F @ tangent)
     if not (np.all(np.isfinite(equivalent.whole)) and np.all(np.isfinite(equivalent.C))):
-        return LawAverages(None, blur)
+        return bare
     if model.blurred:
         with np.errstate(all="ignore"):  # where laws run away it has no density
             unknown = unknown_forces(here, passed, noise, equivalent, tangent)
-            blur = _both(blur, unknown**2 @ (system.F**2).T)
-    return LawAverages(equivalent, blur, slopes)
+            bare = replace(bare, blur=both(bare.blur, unknown**2 @ (system.F**2).T))
+    return replace(bare, equivalent=equivalent, slopes=slopes)
 
 
 def _holding(
@@ -157,9 +168,11 @@ def _holding(
     def likelihood(of: LawAverages, there: Simulation) -> tuple[float, LawAverages]:
         try:
             filtering = of.filtering(plant)
+            bare = replace(of, blur=averages.blur, kicks=averages.kicks, acting=None, errors=())
+            late = unknown_instants(here, plant, noise, bare, there)
+            of = replace(bare, blur=both(averages.blur, late))
+            of = while_acting(of, plant, here.errors, there.f)
             gain = gains(filtering, of.beginning(noise), missing=trial.missing)
-            late = unknown_instants(here, plant, noise, of, there)
-            of = replace(of, blur=_both(averages.blur, late))
             trust = trust_in(gain, of.blur)
             e, _, _ = deviations(filtering, trial, gain, trust, there, none)
             value = density(e, trial.y, gain.innovation, of.blur).value + of.start_odds
@@ -168,7 +181,7 @@ def _holding(
         return (value if np.isfinite(value) else -np.inf), of
 
     blur = near.blur if near.blur is not None and len(near.blur) == len(trial.y) else averages.blur
-    before = replace(averages, slopes=near.slopes, blur=blur)
+    before = replace(averages, slopes=near.slopes, blur=blur, kicks=near.kicks)
     steps = STEPS if near.start is None else 1
     start, odds = estimated_start(here, trial, plant, noise, before, steps, near.start)
     there = simulation(start)
@@ -179,17 +192,10 @@ def _holding(
     tried = [replace(averages, start=start, start_odds=odds, slopes=slopes) for slopes in options]
     scored = [likelihood(of, there) for of in tried]
     if near.start is not None:
-        kept = replace(near, blur=blur, kicks=averages.kicks)
+        kept = replace(near, blur=blur)
         there = simulation(near.start) if known is None else there
         scored.append(likelihood(kept, there) if known is None else (known, kept))
     return max(scored, key=lambda pair: pair[0])
-
-
-def _both(one: Array | None, other: Array | None) -> Array | None:
-    """Return the sum of variances, either of which there may not be."""
-    if one is None or other is None:
-        return other if one is None else one
-    return one + other
 
 
 def _ringing(model: Model, here: Assembly, system: System, trial: Trial) -> Array:

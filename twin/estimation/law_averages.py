@@ -25,7 +25,10 @@ class LawAverages:
             are simulated, of deviations from the simulation.
         start: state that laws are simulated from, or follow the motion from, (n,); any without.
         start_odds: what such a start adds to the log likelihood of what follows [nat].
-        kicks: by sample, how much less certain blows leave the state before it, (n, n).
+        kicks: by sample, how much less certain blows, of hammers or at stops, leave the state
+            before it, (n, n).
+        acting: forces of the laws, (samples, l), where some are off while they act.
+        errors: by what shares these are, (l,).
     """
 
     equivalent: EquivalentLinear | None = None
@@ -34,6 +37,8 @@ class LawAverages:
     start: Array | None = None
     start_odds: float = 0.0
     kicks: Mapping[int, Array] = field(default_factory=dict)
+    acting: Array | None = None
+    errors: tuple[float, ...] = ()
 
     def tangent(self, system: System) -> Array:
         """Return what the laws do on the average, as forces of a system's state, (l, n)."""
@@ -48,12 +53,18 @@ class LawAverages:
 
     def beginning(self, noise: Noise) -> Noise:
         """Return noise levels of a filter that begins with the start, where one was estimated."""
-        if self.start is None:
-            return noise
-        return replace(noise, start=0 * noise.start, kicks=self.kicks)
+        start = noise.start if self.start is None else 0 * noise.start
+        return replace(noise, start=start, kicks=self.kicks)
 
     def filtering(self, plant: Sampled) -> Sampled:
         """Return the system of a Kalman filter: of deviations, where laws are simulated."""
         if plant.driven is None:
             return plant
         return deviating(plant, self.tangent(plant.system))
+
+
+def both(one: Array | None, other: Array | None) -> Array | None:
+    """Return the sum of variances, either of which there may not be."""
+    if one is None or other is None:
+        return other if one is None else one
+    return one + other

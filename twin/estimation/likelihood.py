@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.estimation.acting import while_acting
 from twin.estimation.averages import averages_at
 from twin.estimation.density import Part, density
 from twin.estimation.kalman import gains
@@ -21,7 +22,7 @@ from twin.estimation.law_averages import LawAverages
 from twin.estimation.model import Assembly, Model, Trial
 from twin.estimation.parallel import each
 from twin.estimation.passing import Run, passed
-from twin.estimation.sensitivities import Slopes, plants_of, slopes_of
+from twin.estimation.sensitivities import LEVEL_STEP, Slopes, plants_of, slopes_of
 from twin.estimation.system import Sampled
 
 Array = NDArray[np.float64]
@@ -66,6 +67,7 @@ def _passed(here: Assembly, plants: Sequence[Sampled], index: int, averages: Law
             slopes: Slopes | None = None) -> Run:  # fmt: skip
     """Return the pass over one recording, with derivatives where there are slopes."""
     plant, trial = plants[here.which[index]], here.trials[index]
+    averages = while_acting(averages, plant, here.errors)
     noise = averages.beginning(here.noises[index])
     filtering = averages.filtering(plant)
     gain = gains(filtering, noise, equivalent=averages.equivalent, missing=trial.missing)
@@ -96,11 +98,14 @@ def evaluate(
         slopes = slopes_of(model, z, here, plants, known, moving)
     p = len(model.unknowns)
     log_likelihood, gradient, information = 0.0, np.zeros(p), np.zeros((p, p))
-    runs: list[Run] = each(
-        lambda i: _passed(here, plants, i, known[i], slopes[i] if slopes else None),
-        len(here.trials),
-    )
-    for index, result in enumerate(runs):
+
+    def one(index: int) -> tuple[Run, dict[int, Array]]:
+        own = slopes[index] if slopes else None
+        found = _passed(here, plants, index, known[index], own)
+        return found, {} if own is None else _by_errors(here, plants, index, found, own)
+
+    passed = each(one, len(here.trials))
+    for index, (result, by_errors) in enumerate(passed):
         trial = here.trials[index]
         part = gaussian(result, trial)
         log_likelihood += part.value + result.averages.start_odds
@@ -120,7 +125,32 @@ def evaluate(
         counts[-1] = len(trial.y) - len(S) + 1
         turned = (counts[:, None, None, None] * half).swapaxes(1, 2).reshape(-1, len(columns))
         information[np.ix_(columns, columns)] += 0.5 * flat.T @ turned
-    return Value(log_likelihood, gradient, information, tuple(runs), here.trials)
+        for place, slope in by_errors.items():
+            column = columns[place]
+            # what a share of a force is off by goes with no other level
+            turned = np.einsum("kij,kjl,kml->kim", part.roots, slope, part.roots)
+            told = np.einsum("ki,kij,kj->", part.white, turned, part.white)
+            gradient[column] += 0.5 * (told - np.einsum("kii->", turned))
+            information[column, column] += 0.5 * np.sum(turned**2)
+    runs = tuple(run for run, _ in passed)
+    return Value(log_likelihood, gradient, information, runs, here.trials)
+
+
+def _by_errors(
+    here: Assembly, plants: Sequence[Sampled], index: int, found: Run, slopes: Slopes
+) -> dict[int, Array]:
+    """Return slopes of the innovations' covariances by how far laws are off, (samples, m, m).
+
+    By place in the columns of the slopes, where those of the innovations are filled in.
+    """
+    out = {}
+    for place, other in slopes.erring.items():
+        if found.averages.acting is None:
+            continue
+        moved = _passed(other, plants, index, found.averages)
+        found.de[:, :, place] = (moved.e - found.e) / LEVEL_STEP
+        out[place] = (moved.covariances - found.covariances) / LEVEL_STEP
+    return out
 
 
 def gaussian(result: Run, trial: Trial) -> Part:

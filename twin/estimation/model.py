@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, Protocol
@@ -119,6 +120,10 @@ class Assembly:
         trials: the recordings, in whose samples a fault may have been taken back.
         blurs: variances of each recording's outputs beside their noise's, (samples, m), where they
             are known and no law says.
+        kicks: by sample, how much less certain each recording's state is before it, (n, n), the
+            same.
+        errors: share of its force by which each law is off while it acts, (l,), 0 of those that
+            have another discrepancy; none where all have.
         low_pass: that the forces of the laws, simulated, pass before they are seen; None where the
             laws follow the estimated motion, and are seen as they are.
         own: the systems as they are simulated, with modes above half the sampling rate that ring
@@ -136,6 +141,8 @@ class Assembly:
     held: NDArray[np.bool_]
     trials: tuple[Trial, ...]
     blurs: tuple[Array | None, ...] = ()
+    kicks: tuple[Mapping[int, Array], ...] = ()
+    errors: tuple[float, ...] = ()
     low_pass: LowPass | None = None
     own: tuple[System, ...] = ()
     ringing: Ringing | None = None
@@ -149,8 +156,8 @@ class Unknown:
         name: what it is.
         mean, deviation: of the prior (of the logarithm where ``log``).
         log: whether it is estimated through its logarithm.
-        role: what it changes: the system, the noise levels alone, the laws' numbers alone, or the
-            samples themselves (a fault that is taken back in them).
+        role: what it changes: the system, the noise levels alone, the laws' numbers alone, the
+            samples themselves (a fault that is taken back in them), or how far laws are off.
         trial: the one recording that it belongs to, or None.
         level: whether it is the standard deviation of a noise or of a latent force, and ``log``.
     """
@@ -159,7 +166,7 @@ class Unknown:
     mean: float
     deviation: float
     log: bool = False
-    role: Literal["system", "noise", "law", "samples"] = "system"
+    role: Literal["system", "noise", "law", "samples", "error"] = "system"
     trial: int | None = None
     level: bool = False
 

@@ -66,6 +66,13 @@ class Run:
         return x[:, :n], x[:, n : 2 * n]
 
     @property
+    def covariances(self) -> Array:
+        """Of the innovations and what is uncertain beside, (samples, m, m)."""
+        innovation, blur = self.gains.innovation, self.averages.blur
+        S = innovation[np.minimum(np.arange(len(self.e)), len(innovation) - 1)]
+        return S if blur is None else S + blur[:, :, None] * np.eye(S.shape[1])
+
+    @property
     def begun(self) -> bool:
         """Whether its laws followed the motion from an estimated start."""
         return self.sampled.driven is None and self.averages.start is not None

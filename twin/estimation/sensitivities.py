@@ -31,9 +31,10 @@ LATEST = 1024
 """Samples within which a blow's kick counts in the derivatives of gains: they need every sample's
 to the last one."""
 
-ORDER = ("system", "law", "noise", "samples")
+ORDER = ("system", "law", "noise", "samples", "error")
 """Roles in the order of the stepping loop's columns: what each changes is a part of what the first
-does (a noise level changes gains alone, a fault taken back in the samples none of them)."""
+does (a noise level changes gains alone, a fault taken back in the samples none of them). What an
+error of laws changes needs passes of its own."""
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,7 @@ class Slopes:
             of the stepping loop's unknowns; none where nothing of it changes.
         taken_back: for unknowns that change the samples themselves, their place in ``columns`` and
             the assembly a step away.
+        erring: the same, for unknowns that say how far laws are off while they act.
     """
 
     step: Lifted
@@ -65,6 +67,7 @@ class Slopes:
     columns: list[int]
     order: NDArray[np.int64]
     taken_back: dict[int, Assembly]
+    erring: dict[int, Assembly]
 
     def until(self, count: int) -> Array:
         """Return ``innovation`` at the first samples and the last one, (t, m, m, p), t <= count.
@@ -157,7 +160,7 @@ def slopes_of(
 
 def _step_of(unknown: Unknown) -> float:
     """Return the step of differences by an unknown."""
-    return LEVEL_STEP if unknown.role == "noise" else STEP
+    return LEVEL_STEP if unknown.role in ("noise", "error") else STEP
 
 
 def _together(unknowns: Sequence[Unknown], free: NDArray[np.bool_]) -> list[list[int]]:
@@ -185,9 +188,10 @@ def _of_trial(
 ) -> Slopes:
     plant, equivalent = plants[here.which[trial]], averages.equivalent
     own, filtering = predicting(plant), averages.filtering(plant)
-    # gains after a gap or a late blow are taken to follow as those without it
+    # gains after a gap, a late blow or one at a stop are taken to follow as those without it
     missing = here.trials[trial].begins_without
-    early = replace(averages, kicks={k: P for k, P in averages.kicks.items() if k < LATEST})
+    kicks = {k: P for k, P in averages.kicks.items() if k < LATEST}
+    early = replace(averages, kicks=kicks if averages.acting is None else {})
     own_noise = early.beginning(here.noises[trial])
     base = (gains(filtering, own_noise, equivalent=equivalent, missing=missing) if listens
             else silent(plant))  # fmt: skip
@@ -200,7 +204,7 @@ def _of_trial(
     p = len(columns)
     systems = sum(unknowns[i].role == "system" for i in columns)
     laws = systems + sum(unknowns[i].role == "law" for i in columns)
-    taken_back = {}
+    taken_back, erring = {}, {}
     dstep = _still(step, systems)
     dread = np.zeros((*read.shape, systems))
     dsimulation = np.zeros((*simulation.shape, systems))
@@ -232,6 +236,8 @@ def _of_trial(
             dnumbers[:, :, at] = (numbers_of(assembly) - numbers) / STEP
         if unknowns[columns[place]].role == "samples":
             taken_back[place] = assembly
+        elif unknowns[columns[place]].role == "error":
+            erring[place] = assembly
         elif listens and (at < systems or at >= laws):
             changed.append(at)
             steps.append(_step_of(unknowns[columns[place]]))
@@ -245,7 +251,7 @@ def _of_trial(
     if not np.any(dmissed):
         dmissed = np.zeros((0, 0, 0))
     return Slopes(dstep, dread, dgain, dnumbers, dsimulation, ddeviation, dread_deviation, dS,
-                  dmissed, columns, np.array(order, np.int64), taken_back)  # fmt: skip
+                  dmissed, columns, np.array(order, np.int64), taken_back, erring)  # fmt: skip
 
 
 def silent(plant: Sampled) -> Gains:
@@ -263,7 +269,7 @@ def no_slopes(plant: Sampled, gain: Gains, numbers: Array, p: int = 0) -> Slopes
         np.zeros((samples, n + held, m, p)), np.zeros((*numbers.shape, 0)),
         np.zeros((*simulation_matrix(plant).shape, 0)), np.zeros((n, n + held, 0)),
         np.zeros((m, n, 0)),
-        np.zeros((*gain.innovation.shape, p)), np.zeros((0, 0, 0)), [], np.arange(p), {},
+        np.zeros((*gain.innovation.shape, p)), np.zeros((0, 0, 0)), [], np.arange(p), {}, {},
     )  # fmt: skip
 
 

@@ -38,6 +38,7 @@ class Bumper(Law):
     reference: ClassVar[str] = "Shaw and Holmes 1983; Figueiredo et al. 2009, LA-14393"
     abrupt: ClassVar[bool] = True
     elastic: ClassVar[bool] = True
+    at_times: ClassVar[bool] = True
 
     stiffness: float = 0.0
     gap: float = 1.0

@@ -47,6 +47,7 @@ class Clearance(Law):
     reference: ClassVar[str] = "Shaw and Holmes 1983; Nordin and Gutman 2002"
     abrupt: ClassVar[bool] = True
     elastic: ClassVar[bool] = True
+    at_times: ClassVar[bool] = True
     shares: ClassVar = {"replaced": ("stiffness", 1.0, KNOWN)}  # the storey's own part
 
     stiffness: float = 0.0

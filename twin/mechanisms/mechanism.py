@@ -159,6 +159,7 @@ class Law(Mechanism):
         abrupt: True where the force has corners, so that an integration needs finer steps.
         jumps: True where the force itself jumps, which an analyser's filter shows as far from it.
         elastic: True where the force is a function of the displacement alone.
+        at_times: True where there is none over a range of displacements, its error neither.
         harmonics: up to which a motion of one frequency makes its force, but for its corners.
     """
 
@@ -168,8 +169,8 @@ class Law(Mechanism):
     abrupt: ClassVar[bool] = False
     jumps: ClassVar[bool] = False
     elastic: ClassVar[bool] = False
+    at_times: ClassVar[bool] = False
     harmonics: ClassVar[int] = 3
-
     law: ClassVar[Callable[..., Any]]
     """f(drift, rate, sum of the memory, time, *numbers), for numbers and arrays that broadcast."""
     flow: ClassVar[Callable[..., Any] | None] = None
