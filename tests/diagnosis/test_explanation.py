@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from diagnosis_support import lumped, recorded
 
 from twin.diagnosis import explanation
@@ -14,6 +15,7 @@ from twin.diagnosis.explanation import (
     converged,
     in_every_form,
     seen_otherwise,
+    settled,
     within_reach,
 )
 from twin.diagnosis.hypothesis import Hypothesis
@@ -23,6 +25,7 @@ from twin.diagnosis.scales import Scales
 from twin.estimation.fit import fit
 from twin.estimation.low_pass import LowPass
 from twin.mechanisms.coulomb_friction import CoulombFriction
+from twin.mechanisms.cubic_stiffness import CubicStiffness
 from twin.mechanisms.unmeasured_force import UnmeasuredForce
 
 
@@ -109,3 +112,22 @@ def test_a_fit_from_whose_end_laws_run_away_is_left_as_it_was():
     assert converged(sound).fit.log_evidence >= sound.fit.log_evidence
     gone = replace(sound.fit, z=np.full(len(blank.unknowns), np.nan))
     assert converged(replace(sound, fit=gone)).fit is gone
+
+
+@pytest.mark.parametrize(("thought", "most"), [(60.0, 0.0), (120.0, 20.0)])
+def test_what_is_told_is_the_likeliest_of_all_as_likely_as_its_fit_ends(thought, most):
+    """A fit that went on may be less likely than it was thought, and than what it came from."""
+    law = CubicStiffness("storey2", 1e5)
+    train, test = ([recorded(lumped(), seed, seconds=4.0)] for seed in (1, 2))
+    bare = Hypothesis(prepare(lumped(), train, test).train)
+    scales = Scales({"storey2": (1.0, 1e-3, 0.05)})
+    more = Hypothesis(bare.problem, (law,), (priors_of([law]),), scales)
+    alone, beside = (fit(h, start_of(h)) for h in (bare, more))
+    first = Explanation(bare, alone, 0.0)
+    overrated = replace(beside, log_evidence=beside.log_evidence + 100.0)
+    chosen = Explanation(more, overrated, thought)
+    tried = {first.labels: first, chosen.labels: chosen}
+    best = settled(chosen, tried)
+    assert best.log_odds == pytest.approx(most, abs=1.0)
+    assert best.labels == (() if thought < 100.0 else chosen.labels)
+    assert best.log_odds == max(e.log_odds for e in tried.values())

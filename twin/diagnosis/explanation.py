@@ -87,6 +87,26 @@ def converged(explanation: Explanation) -> Explanation:
     return replace(explanation, fit=last, log_odds=explanation.log_odds + gained)
 
 
+def settled(
+    best: Explanation, tried: dict[tuple[tuple[str, str], ...], Explanation]
+) -> Explanation:
+    """Return the likeliest of all that was fitted, with its fit at its end.
+
+    A fit that went on from an explanation may be less likely than it was thought, and than what it
+    was chosen before.
+
+    Args:
+        best: what was chosen last.
+        tried: every explanation, by its labels in order; the fits that are ended are put there.
+    """
+    ended = set[tuple[tuple[str, str], ...]]()
+    while (key := tuple(sorted(best.labels))) not in ended:
+        ended.add(key)
+        tried[key] = best = converged(best)
+        best = max(best, *tried.values(), key=lambda e: e.log_odds)
+    return best
+
+
 def in_every_form(h: Hypothesis) -> list[Hypothesis]:
     """Return a hypothesis with its last mechanism in each form that it may have.
 

@@ -21,6 +21,7 @@ from twin.diagnosis.explanation import (
     explained,
     from_prior_noise,
     says_less,
+    settled,
 )
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.motion import Motion
@@ -144,8 +145,8 @@ def search(
         moved = _moved(best)
     if unnamed is not None and unnamed.log_odds > best.log_odds:
         best = unnamed
-        moved = _moved(best)
-    best = converged(best)
+    best = settled(best, tried)
+    moved = _moved(best)
     if rivals and len(best.labels) > 1:
         tell("fitting what was nearly as likely")
     for explanation in in_their_place(best, rivals, cost):
