@@ -4,13 +4,17 @@ import numpy as np
 import pytest
 from diagnosis_support import concealed, lumped, recorded
 
+from twin.diagnosis.non_parametric import _like
 from twin.diagnosis.offer import offer
 from twin.diagnosis.predict import predictors
 from twin.diagnosis.prepare import prepare
 from twin.diagnosis.search import search
 from twin.diagnosis.verdict import judge
+from twin.mechanisms.bumper import Bumper
+from twin.mechanisms.clearance import Clearance
 from twin.mechanisms.coulomb_friction import CoulombFriction
 from twin.mechanisms.cubic_stiffness import CubicStiffness
+from twin.mechanisms.restoring_force import RestoringForce
 
 NAMES = ("cubic_stiffness", "quadratic_stiffness", "coulomb_friction", "stiffness",
          "restoring_force")  # fmt: skip
@@ -69,3 +73,30 @@ def test_two_laws_that_are_both_there_keep_their_names():
     assert judged.verdict == "missing_physics"
     named = [e.labels for e in (result.best, *result.others)]
     assert (("restoring_force", "storey2"),) in named
+
+
+@pytest.mark.parametrize(
+    ("begun", "law"),
+    [
+        (Bumper("storey2", 300.0, -5e-3), Bumper("storey2", 1641.0, -2.3e-3)),
+        (Clearance("storey2", 100.0, 1e-3, 100.0), Clearance("storey2", 400.0, 2.5e-3, 400.0)),
+        (CubicStiffness("storey2", 1e4), CubicStiffness("storey2", 3e5)),
+    ],
+)
+def test_a_law_is_found_in_a_force_that_has_its_form(begun, law):
+    """The force has bends at a few drifts alone, and what is linear in it is the structure's."""
+    drift = np.linspace(-8e-3, 8e-3, 200)
+    still = np.zeros_like(drift)
+    force = RestoringForce("storey2", reach=8e-3)
+    columns = np.column_stack([
+        force.with_values({n: 1.0}).force(drift, still, still, 0.0) for n in force.parameters
+    ])  # fmt: skip
+    target = law.force(drift, still, still, 0.0) + 30.0 * drift
+    values = np.linalg.lstsq(columns, target, rcond=None)[0]
+    force = force.with_values(dict(zip(force.parameters, values.tolist(), strict=True)))
+    _, found = _like(begun, force, drift)
+    off, size = (np.std(f - drift * (drift @ f) / (drift @ drift)) for f in (
+        found.force(drift, still, still, 0.0) - law.force(drift, still, still, 0.0),
+        law.force(drift, still, still, 0.0),
+    ))  # fmt: skip
+    assert off < 0.05 * size

@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import least_squares
 
 from twin.diagnosis.beginning import added, moved_to
 from twin.diagnosis.candidates import Candidate
@@ -31,6 +32,10 @@ MOST = 2
 
 LEFT = 0.1
 """Share of the missing force that the regression leaves, RMS: what the prior is weighed against."""
+
+
+DRIFTS = 200
+"""Displacements, visited as often as one another, along which a law is fitted to such a force."""
 
 
 def doubtful(hypothesis: Hypothesis, fit: Fit, sizes: Sequence[float | None]) -> set[int]:
@@ -93,6 +98,57 @@ def in_place_of(
                  if m.place == place and not isinstance(m, ChannelFault)}  # fmt: skip
         out.append(_exchanged(hypothesis, fit, there | dubious, candidate, start))
     return out
+
+
+def named_for(
+    hypothesis: Hypothesis, fit: Fit, moved: Sequence[Motion], candidates: Sequence[Candidate]
+) -> list[tuple[Hypothesis, list[Array]]]:
+    """Return hypotheses with a law that has a name in place of a non-parametric force.
+
+    Each with values of its unknowns from which a fit may begin: from first guesses a law may have
+    lost to one that is less like it.
+
+    Args:
+        hypothesis: with the force.
+        fit: how it came out.
+        moved: the motion of each recording.
+        candidates: laws among them that are functions of the displacement may be the force.
+    """
+    mechanisms, out = hypothesis.at(fit.z), []
+    forces = {m.place: i for i, m in enumerate(mechanisms) if isinstance(m, RestoringForce)}
+    for candidate in candidates:
+        place, laws = candidate.label[1], [s for s in candidate.starts if isinstance(s, Law)]
+        if place in forces and laws and laws[0].elastic:
+            force, row = mechanisms[forces[place]], hypothesis.problem.model.port(place)
+            assert isinstance(force, RestoringForce)
+            drift = np.quantile(np.concatenate([m.q @ row for m in moved]),
+                                np.linspace(0.0, 1.0, DRIFTS))  # fmt: skip
+            like = min((_like(law, force, drift) for law in laws), key=lambda pair: pair[0])[1]
+            out.append(_exchanged(hypothesis, fit, {forces[place]}, candidate, like))
+    return out
+
+
+def _like(law: Law, force: Law, drift: Array) -> tuple[float, Law]:
+    """Return how far a law is from a force along displacements, (samples,), and where it is least.
+
+    What is linear in the displacement is the structure's own.
+    """
+    still = np.zeros_like(drift)
+    begun = np.array(list(law.values.values()))
+    log = np.array([p.scale == "log" for p in law.parameters.values()])
+    unit = np.where(log | (begun == 0.0), 1.0, np.abs(begun))
+
+    def at(x: Array) -> Law:
+        values = np.where(log, np.exp(np.clip(x, -300, 300)), unit * x)
+        return law.with_values(dict(zip(law.parameters, values.tolist(), strict=True)))
+
+    def left(x: Array) -> Array:
+        beyond = at(x).force(drift, still, still, 0.0) - force.force(drift, still, still, 0.0)
+        return np.asarray(beyond - drift * (drift @ beyond) / max(float(drift @ drift), 1e-300))
+
+    first = np.where(log, np.log(np.maximum(np.abs(begun), 1e-300)), begun / unit)
+    found = least_squares(left, first, x_scale="jac")
+    return float(found.cost), at(found.x)
 
 
 def _missing(

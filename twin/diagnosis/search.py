@@ -26,7 +26,7 @@ from twin.diagnosis.explanation import (
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.motion import Motion
 from twin.diagnosis.moving import Rival, elsewhere, in_their_place, rivals_of
-from twin.diagnosis.non_parametric import doubtful, in_place_of
+from twin.diagnosis.non_parametric import doubtful, in_place_of, named_for
 from twin.diagnosis.predict import predictors
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.promising import fitted, grown_by
@@ -139,7 +139,10 @@ def search(
         else:
             moved = _moved(best)
             other = _without_names(best, candidates, cost, moved, tried, tell)
-            unnamed = other if other.labels != best.labels else None
+            if any(m.generic for m in other.hypothesis.mechanisms):
+                unnamed = other if other.labels != best.labels else None
+            else:
+                best = other
         if trifling and unnamed is None:
             break
         moved = _moved(best)
@@ -254,7 +257,7 @@ def _without_names(
     dubious = doubtful(h, best.fit, forces(h, z, predictors(h, z, best.fit.averages)))
     if not dubious:
         return best
-    beside = on_part(best)
+    beside, chosen = on_part(best), best
     for number, (other, starts) in enumerate(in_place_of(h, best.fit, moved, candidates, dubious)):
         place = other.mechanisms[-1].place
         tell(f"fitting a non-parametric restoring force at {place} ({number + 1})")
@@ -266,14 +269,18 @@ def _without_names(
             found = without_needless(found, cost, tried)
             _keep(tried, found)
             best = max(best, found, key=lambda e: e.log_odds)
+    # a name may be likelier from where the force is than from its own first guesses
+    new = [] if best is chosen else named_for(best.hypothesis, best.fit, _moved(best), candidates)
+    for other, starts in new:
+        found = explained(other, likelier(other, starts)[1], cost, best)
+        if found is not None:
+            _keep(tried, found)
+            best = max(best, found, key=lambda e: e.log_odds)
     return best
 
 
 def _no_trifle(better: Sequence[Explanation]) -> Explanation:
-    """Return the likeliest, or the next one that says more of the structure than a trifle.
-
-    A trifle may stand in for more.
-    """
+    """Return the likeliest, or the next one that is no trifle: a trifle may stand in for more."""
     if not _ends_in_a_trifle(better[0]):
         return better[0]
     structural = (e for e in better if not isinstance(e.hypothesis.mechanisms[-1], ChannelFault))
