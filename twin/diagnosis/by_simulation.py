@@ -227,7 +227,7 @@ def with_noise(explanation: Explanation) -> Explanation:
             level[f"noise of {output} in {recording.name}"] = value
     for law, force in zip(hypothesis.laws, model.law_forces(z), strict=True):
         name = f"discrepancy {hypothesis.port_of(law.place)}"
-        if law.at_times:
+        if hypothesis.port_of(law.place) in hypothesis.erring:
             level[f"{name} share"] = error
         else:
             level[name] = max(level.get(name, 0.0), error * force)

@@ -2,8 +2,8 @@
 
 No law has quite the form that it is given, and an analyser's filter smears those that jump: at each
 law's port acts a latent force beside it, and to each channel that sees a law jump a latent reading
-is added (Kennedy and O'Hagan 2001, section 4.1). A law that acts at times errs only then: by a
-share of its force (``twin.estimation.acting``).
+is added (Kennedy and O'Hagan 2001, section 4.1). Laws that act at times err only then, where they
+are alone at their port: by a share of their force (``twin.estimation.acting``).
 """
 
 from __future__ import annotations

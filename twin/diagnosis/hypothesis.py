@@ -72,9 +72,9 @@ class Hypothesis:
 
     @cached_property
     def erring(self) -> tuple[str, ...]:
-        """The same of laws that act at times, and err only then."""
-        laws = (law for law in self._every_law if law.at_times)
-        return tuple(dict.fromkeys(self.port_of(law.place) for law in laws))
+        """Ports where all laws act at times, and err only then: one discrepancy is at a port."""
+        places = dict.fromkeys(self.port_of(law.place) for law in self._every_law)
+        return tuple(place for place in places if place not in self.ports)
 
     def port_of(self, place: str) -> str:
         """Return the port where the discrepancy of laws at a port stands."""
@@ -226,7 +226,7 @@ class Hypothesis:
             low_pass=problem.low_pass if self.simulated else None,
             own=tuple(plant.system for plant in plants.own),
             ringing=self._ringing if plants.own else None,
-            errors=tuple(shares[self.port_of(w.place)] if w.at_times else 0.0 for w in laws),
+            errors=tuple(shares.get(self.port_of(law.place), 0.0) for law in laws),
         )  # fmt: skip
 
     def around(self, place: str) -> tuple[float, float, float]:

@@ -121,7 +121,7 @@ def search(
             fits += there
             best = max([best, *there], key=lambda e: e.log_odds)
             rivals += rivals_of(best, fits)
-            if len(best.labels) > 1 and not _ends_in_a_trifle(best):  # nothing goes for a trifle
+            if len(best.labels) > 1:
                 best = without_needless(converged(best), cost, tried)
             hypothesis, found = at_its_tolerance(*again(best.hypothesis, best.fit))
             gained = odds_of(hypothesis, found) - odds_of(best.hypothesis, best.fit)
