@@ -4,17 +4,22 @@ import numpy as np
 import pytest
 from diagnosis_support import concealed, lumped, recorded
 
-from twin.diagnosis.non_parametric import _like
+from twin.diagnosis.candidates import Candidate, priors_of
+from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.motion import Motion
+from twin.diagnosis.non_parametric import _like, named_for
 from twin.diagnosis.offer import offer
 from twin.diagnosis.predict import predictors
 from twin.diagnosis.prepare import prepare
+from twin.diagnosis.scales import Scales
 from twin.diagnosis.search import search
 from twin.diagnosis.verdict import judge
+from twin.estimation.fit import Fit
 from twin.mechanisms.bumper import Bumper
 from twin.mechanisms.clearance import Clearance
 from twin.mechanisms.coulomb_friction import CoulombFriction
 from twin.mechanisms.cubic_stiffness import CubicStiffness
-from twin.mechanisms.restoring_force import RestoringForce
+from twin.mechanisms.restoring_force import KNOTS, RestoringForce
 
 NAMES = ("cubic_stiffness", "quadratic_stiffness", "coulomb_friction", "stiffness",
          "restoring_force")  # fmt: skip
@@ -100,3 +105,26 @@ def test_a_law_is_found_in_a_force_that_has_its_form(begun, law):
         law.force(drift, still, still, 0.0),
     ))  # fmt: skip
     assert off < 0.05 * size
+
+
+def test_names_for_a_force_are_laws_of_the_displacement_at_its_port():
+    train, test = ([recorded(lumped(), seed, seconds=4.0)] for seed in (1, 2))
+    problem = prepare(lumped(), train, test).train
+    force = RestoringForce("storey2", left_3=4.0, reach=8e-3)
+    h = Hypothesis(problem, (force,), (priors_of([force]),), Scales({"storey2": (1.0, 4e-3, 0.1)}))
+    z = np.zeros(len(h.unknowns))
+    for i, u in enumerate(h.unknowns):
+        if u.name == "restoring_force storey2 left_3":
+            z[i] = (4.0 - u.mean) / u.deviation
+    starts = (Bumper("storey2", 300.0, -5e-3), Bumper("storey1", 300.0, -5e-3),
+              CoulombFriction("storey2", 0.1, 1e-3))  # fmt: skip
+    candidates = [Candidate((start,), priors_of([start])) for start in starts]
+    drift = np.linspace(-8e-3, 8e-3, 400)
+    q = np.column_stack([0 * drift, drift])
+    moved = [Motion(q, 0 * q, 0 * q)]
+    fitted = Fit(h, z, np.eye(len(z)), 0.0, 0.0, 0.0, "converged")
+    ((other, (begun, _)),) = named_for(h, fitted, moved, candidates)
+    assert [(m.name, m.place) for m in other.mechanisms] == [("bumper", "storey2")]
+    (law,) = other.at(begun)
+    assert law.gap == pytest.approx(-KNOTS[2] * 8e-3, rel=0.05)
+    assert law.stiffness == pytest.approx(4.0 / (1 - KNOTS[2]) / 8e-3, rel=0.1)

@@ -79,6 +79,7 @@ def negligible(
     mechanisms = hypothesis.at(fit.z)
     known = known_forces(hypothesis, fit.z, beside)
     of_model = [m for m in problem.known if isinstance(m, Law)]
+    acting = [*zip(mechanisms, sizes, strict=True), *zip(of_model, known, strict=True)]
     latent = unexplained_in(mechanisms)
     heard = pushes(hypothesis, fit.z, beside) if latent else [None] * len(mechanisms)
     within = [_calibrated(m, model, beside) for m in mechanisms]
@@ -89,8 +90,7 @@ def negligible(
         greatest = _greatest(hypothesis, mechanisms, sizes, own)
         for port in (*hypothesis.ports, *hypothesis.erring):
             if port != own or index != greatest:
-                there = [*zip(mechanisms, sizes, strict=True), *zip(of_model, known, strict=True)]
-                left = max(left, _left_at(port, hypothesis, fit, there))
+                left = max(left, _left_at(port, hypothesis, fit, acting))
         if isinstance(mechanism, StructuralChange) and mechanism.verdict == "parameter":
             left = max(left, _scatter(problem, mechanism, beside))
         beyond = [not w for i, w in enumerate(within) if i != index]
@@ -154,7 +154,7 @@ def left_share(
 def _left_at(
     port: str, hypothesis: Hypothesis, fit: Fit, sizes: Sequence[tuple[Mechanism, float | None]]
 ) -> float:
-    """Return the RMS modal force by which the discrepancies at a port vary within a recording.
+    """Return the RMS modal force by which the discrepancy at a port varies within a recording.
 
     Args:
         port: where laws stand.
@@ -162,17 +162,12 @@ def _left_at(
         fit: how it came out.
         sizes: RMS modal forces of mechanisms; of laws that act at times there, a share is left.
     """
-    left = 0.0
     if port in hypothesis.ports:
         row = hypothesis.problem.model.port(port)
-        left = _varying(port, fit, hypothesis.problem) * float(np.linalg.norm(row))
-    if port in hypothesis.erring:
-        share = fit.values[f"discrepancy {port} share"]
-        left = float(np.linalg.norm([left, *(
-            share * (size or 0.0) for law, size in sizes
-            if isinstance(law, Law) and law.at_times and hypothesis.port_of(law.place) == port
-        )]))  # fmt: skip
-    return left
+        return _varying(port, fit, hypothesis.problem) * float(np.linalg.norm(row))
+    there = [size or 0.0 for law, size in sizes
+             if isinstance(law, Law) and hypothesis.port_of(law.place) == port]  # fmt: skip
+    return fit.values[f"discrepancy {port} share"] * float(np.linalg.norm(there))
 
 
 def _varying(port: str, fit: Fit, problem: Problem) -> float:

@@ -79,11 +79,8 @@ def _wrong(run: Run, y: Array, inputs: int) -> list[tuple[int, int, float]]:
     samples, m = left.shape
     if samples < 4 * HALF:
         return []
-    last = len(run.gains.innovation) - 1
-    covariance = run.gains.innovation[np.minimum(np.arange(samples), last)]
-    if run.averages.blur is not None:  # where a law jumps a sample may be off without being wrong
-        covariance = covariance + run.averages.blur[:, :, None] * np.eye(m)
-    inverse = np.linalg.inv(covariance)
+    # where a law jumps or acts a sample may be off without being wrong
+    inverse = np.linalg.inv(run.covariances)
     # each output beside the others at the same time
     alone = np.einsum("ki,kij->kj", left, inverse)
     alone /= np.sqrt(np.diagonal(inverse, axis1=1, axis2=2))
