@@ -1,6 +1,7 @@
 """A part of the samples settles how laws are seen before all of them are fitted."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -12,7 +13,9 @@ from twin.diagnosis.between import again
 from twin.diagnosis.candidates import priors_of
 from twin.diagnosis.explanation import (
     Explanation,
+    analyser_known,
     converged,
+    explained,
     in_every_form,
     seen_otherwise,
     settled,
@@ -21,6 +24,7 @@ from twin.diagnosis.explanation import (
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.portion import SURE, on_a_part
 from twin.diagnosis.prepare import prepare
+from twin.diagnosis.problem import LINEAR_PHASE
 from twin.diagnosis.scales import Scales
 from twin.estimation.fit import fit
 from twin.estimation.low_pass import LowPass
@@ -29,6 +33,7 @@ from twin.mechanisms.cubic_stiffness import CubicStiffness
 from twin.mechanisms.unmeasured_force import UnmeasuredForce
 
 
+@cache
 def rubbing(seconds):
     law = CoulombFriction("storey2", 0.1, 1e-3)
     twin = lumped().including(CoulombFriction("storey2", 0.1))
@@ -88,6 +93,34 @@ def test_all_samples_begin_with_the_filter_that_the_part_led_to(monkeypatch):
     assert found_there in {h.problem.low_pass for h, _ in begun} <= {found_there, None}
     for h, z in begun:
         assert likeliest(h, [z])[0] > likeliest(h, [start_of(h)])[0]
+
+
+@pytest.mark.parametrize(
+    ("first", "filtered", "known"),
+    [
+        ("rubs", LowPass(0.8, 6), True),
+        ("rubs", None, True),  # laws follow the motion
+        ("rubs", LINEAR_PHASE, False),  # nothing was found of it yet
+        ("smooth", LowPass(0.8, 6), False),  # what is smooth tells nothing of it
+    ],
+)
+def test_the_analyser_is_known_once_a_law_was_found_that_shows_its_filter(first, filtered, known):
+    alone = rubbing(8.0)
+    assert not analyser_known(replace(alone, problem=replace(alone.problem, low_pass=filtered)))
+    rubs, smooth = alone.mechanisms[0], CubicStiffness("storey2", 1e5)
+    both = (rubs, smooth) if first == "rubs" else (smooth, rubs)
+    h = replace(alone, mechanisms=both, problem=replace(alone.problem, low_pass=filtered))
+    assert analyser_known(h) is known
+
+
+def test_behind_a_filter_that_was_found_no_other_is_asked_for():
+    rubs, wrong = rubbing(4.0), LowPass(0.4, 2)
+    problem = replace(rubs.problem, low_pass=wrong)
+    mechanisms = (*rubs.mechanisms, CubicStiffness("storey2", 1e5))
+    h = Hypothesis(problem, mechanisms, tuple(priors_of([m]) for m in mechanisms), rubs.scales)
+    blank = Hypothesis(problem)
+    found = explained(h, start_of(h), 3.0, Explanation(blank, fit(blank), -np.inf))
+    assert found.hypothesis.problem.low_pass in (wrong, None)
 
 
 def test_one_alone_is_never_ruled_out():

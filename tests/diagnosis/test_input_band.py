@@ -10,7 +10,8 @@ from scipy import signal
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.input_band import band_of, in_band, within_band
 from twin.diagnosis.measured import Measured
-from twin.diagnosis.plant import ORDER, band_limited, plant_of
+from twin.diagnosis.plant import plant_of
+from twin.diagnosis.plant_states import ORDER, band_limited
 from twin.diagnosis.prepare import prepare
 from twin.estimation.likelihood import evaluate
 from twin.mechanisms.sensor_resonance import SensorResonance

@@ -63,8 +63,9 @@ def explained(h: Hypothesis, z: Array, cost: float, top: Explanation) -> Explana
     for option, begun in within_reach(options, z):
         ahead = max([least, *(e.fit.log_evidence for e in fits)])
         try:
-            rough = fit(option, begun, hopeless=ahead, patience=SURE)
-            other, found = again(option, rough, steps=0)
+            other, found = option, fit(option, begun, hopeless=ahead, patience=SURE)
+            if not analyser_known(option):
+                other, found = again(option, found, steps=0)
             if abs(found.log_evidence - least) < SURE:
                 found = fit(other, found.z, near=found.averages)
         except (ValueError, np.linalg.LinAlgError):
@@ -131,6 +132,16 @@ def seen_otherwise(h: Hypothesis) -> tuple[Hypothesis, ...]:
     return tuple(replace(h, problem=replace(h.problem, low_pass=f)) for f in filters)
 
 
+def analyser_known(h: Hypothesis) -> bool:
+    """Return whether the analyser's filter was found with the mechanisms before the last one.
+
+    There is one analyser. Once a law was found that shows its filter, or shows none, others are
+    compared behind it; with what is chosen of them it is asked for again.
+    """
+    guessed = h.problem.low_pass == LINEAR_PHASE
+    return not guessed and replace(h, mechanisms=h.mechanisms[:-1]).stirs
+
+
 def within_reach(options: Sequence[Hypothesis], z: Array) -> list[tuple[Hypothesis, Array]]:
     """Return hypotheses that a part of the samples does not rule out, and where fits begin, (p,).
 
@@ -143,7 +154,9 @@ def within_reach(options: Sequence[Hypothesis], z: Array) -> list[tuple[Hypothes
     for part in (part for part in parts if part is not None):
         found = attempted(part, _sharpest(part, z), enough=ROUGH)
         if found is not None:
-            ended, found = again(part, found, steps=0, enough=ROUGH)
+            ended = part
+            if not analyser_known(part):
+                ended, found = again(part, found, steps=0, enough=ROUGH)
             known = ends.get(_kind(ended))
             if known is None or found.log_evidence > known[1].log_evidence:
                 ends[_kind(ended)] = ended, found

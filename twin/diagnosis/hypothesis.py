@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -187,40 +188,29 @@ class Hypothesis:
         values = [u.value(float(x)) for u, x in zip(self.unknowns, z, strict=True)]
         mechanisms = (*self.at(z), *problem.known_at(z))
         at = len(problem.base_unknowns) + sum(len(m.parameters) for m in self.mechanisms)
-        latent = values[at : at + 2 * len(self.doubted)]
-        plants, starts = self._plants(z, mechanisms, latent)
-        at += 2 * len(self.doubted)
-        shares = dict(zip(self.erring, values[at:], strict=False))
-        at += len(self.erring)
+        rest = iter(values[at:])
+        plants, starts = self._plants(z, mechanisms, list(islice(rest, 2 * len(self.doubted))))
+        shares = dict(zip(self.erring, list(islice(rest, len(self.erring))), strict=True))
         noises = []
-        for t, recording in enumerate(problem.recordings):
-            m = len(problem.model.outputs)
-            output = np.array(values[at : at + m])
-            at += m
+        for t, (recording, start) in enumerate(zip(problem.recordings, starts, strict=True)):
+            output = np.array(list(islice(rest, len(problem.model.outputs))))
             moving = recording.driven
             input_noise = np.zeros(len(moving))
-            told, read = values[at : at + int(moving.sum())], problem.input_readings[t, moving]
+            told = np.array(list(islice(rest, int(moving.sum()))))
             # of what was read no more than all was noise: what more is missing is no instrument's
-            input_noise[moving] = told / np.hypot(1.0, told / read)
-            at += int(moving.sum())
+            input_noise[moving] = told / np.hypot(1.0, told / problem.input_readings[t, moving])
             system = plants.stepped[plants.which[t]].system
-            process = np.full(system.W.shape[1] - len(moving), values[at])
-            at += 1
-            noises.append(Noise(np.concatenate([input_noise, process]), output, starts[t]))
+            process = np.full(system.W.shape[1] - len(moving), next(rest))
+            noises.append(Noise(np.concatenate([input_noise, process]), output, start))
         laws = tuple(m for m in mechanisms if isinstance(m, Law))
         numbers = np.zeros((len(laws), MOST_NUMBERS))
-        scales = np.ones((len(laws), 4))
-        for j, law in enumerate(laws):
+        for row, law in zip(numbers, laws, strict=True):
             bare = law.parted()[0].numbers
-            numbers[j, : len(bare)] = bare
-            scales[j, :3] = self.around(law.place)
-        compiled = tuple(law.compiled for law in laws)
-        systems = tuple(plant.system for plant in plants.stepped)
-        steps = parts_of(self.problem, scales[:, :3], self.simulated)
-        if self.simulated:  # laws that follow the estimated motion are seen as it is at the samples
-            scales[:, 3] = yielding(problem, [law.place for law in laws], problem.step_s / steps)
+            row[: len(bare)] = bare
+        steps, scales = self._stepping
         return Assembly(
-            systems, plants.which, tuple(noises), compiled, numbers, scales, steps,
+            tuple(plant.system for plant in plants.stepped), plants.which, tuple(noises),
+            tuple(law.compiled for law in laws), numbers, scales, steps,
             np.concatenate([problem.held, np.zeros(problem.pseudo_forces, bool)]),
             self._trials(z, mechanisms),
             low_pass=problem.low_pass if self.simulated else None,
@@ -228,6 +218,16 @@ class Hypothesis:
             ringing=self._ringing if plants.own else None,
             errors=tuple(shares.get(self.port_of(law.place), 0.0) for law in laws),
         )  # fmt: skip
+
+    @cached_property
+    def _stepping(self) -> tuple[int, Array]:
+        """Parts of a sample in which laws are stepped, and scales at their ports, (l, 4)."""
+        problem, places = self.problem, [law.place for law in self._every_law]
+        scales = np.array([(*self.around(place), 1.0) for place in places]).reshape(-1, 4)
+        steps = parts_of(problem, scales[:, :3], self.simulated)
+        if self.simulated:  # laws that follow the estimated motion are seen as it is at the samples
+            scales[:, 3] = yielding(problem, places, problem.step_s / steps)
+        return steps, scales
 
     def around(self, place: str) -> tuple[float, float, float]:
         """Return the scales of force, displacement and rate at a law's port."""
@@ -244,9 +244,10 @@ class Hypothesis:
             return self.problem.trials
         key = self._key(z, "system", "samples")
         if key not in self._seen:
-            base, structure = z[: len(self.problem.base_unknowns)], None
+            structure = None
             if self.problem.calmed:
-                structure = structure_of(self.problem.base(base), mechanisms)
+                base = self.problem.base(z[: len(self.problem.base_unknowns)])
+                structure = structure_of(base, mechanisms)
             if len(self._seen) >= KEPT:
                 self._seen.clear()
             self._seen[key] = as_read(self.problem, faults, structure)
@@ -283,9 +284,8 @@ class Hypothesis:
         base = z[: len(self.problem.base_unknowns)]
         several = in_each(mechanisms, self._ranged, RANGED * z, len(self.problem.recordings))
         plants = plants_at(self.problem, base, several, levels, self.simulated)
-        starts = tuple(
-            start_covariance(self.problem, t, plants.stepped[k]) for t, k in enumerate(plants.which)
-        )
+        of_each = [plants.stepped[k] for k in plants.which]
+        starts = tuple(start_covariance(self.problem, t, own) for t, own in enumerate(of_each))
         if len(self._kept) >= KEPT:
             self._kept.clear()
         self._kept[key] = plants, starts

@@ -21,14 +21,21 @@ from twin.diagnosis.scales import ROUNDING
 Array = NDArray[np.float64]
 
 
-def following(M0: Array, K0: Array, M: Array, K: Array, D: Array) -> Array:
-    """Return a damping matrix (n, n) whose modal ratios are those of D on M0, K0, all (n, n).
+def following(M0: Array, of_nominal: tuple[Array, Array], M: Array, K: Array, D: Array) -> Array:
+    """Return a damping matrix (n, n) whose modal ratios are those of D on the nominal structure.
+
+    Args:
+        M0: mass matrix of that, (n, n).
+        of_nominal: its ``modes_of``.
+        M: mass matrix of the structure, (n, n).
+        K: its stiffness matrix, (n, n).
+        D: damping matrix of the nominal structure, (n, n).
 
     Raises:
         LinAlgError: masses that are not positive.
     """
-    w0, nominal = _modes(M0, K0)
-    w, shapes = _modes(M, K)
+    w0, nominal = of_nominal
+    w, shapes = modes_of(M, K)
     alike = nominal.T @ M0 @ shapes
     _, order = linear_sum_assignment(-np.abs(alike))
     w, shapes = w[order], shapes[:, order]
@@ -40,7 +47,7 @@ def following(M0: Array, K0: Array, M: Array, K: Array, D: Array) -> Array:
     return np.asarray(T.T @ D @ T)
 
 
-def _modes(M: Array, K: Array) -> tuple[Array, Array]:
+def modes_of(M: Array, K: Array) -> tuple[Array, Array]:
     """Return circular frequencies (n,), zero where there is none, and mass-normalised shapes."""
     squares, shapes = eigh(0.5 * (K + K.T), 0.5 * (M + M.T))
     least = ROUNDING * np.max(np.abs(squares), initial=1e-300)

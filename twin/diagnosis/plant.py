@@ -3,44 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cache
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
-from scipy.linalg import block_diag, solve_continuous_lyapunov
 
+from twin.diagnosis.plant_states import Plant, Shaped, driven, read_by
 from twin.diagnosis.scales import ROUNDING
 from twin.diagnosis.straight import calmed, well_damped
 from twin.estimation.system import System
-from twin.mechanisms.instrument import Instrument
 from twin.mechanisms.mechanism import ChannelFault, Disturbance, Law, Mechanism, StructuralChange
 from twin.model.linear import LinearModel
 
 Array = NDArray[np.float64]
-
-ORDER = 4
-"""Of the low-pass that noise of an input is behind: at twice the band a lightly damped resonance
-(2 % of critical, 28 dB) responds less than the structure does in the band (48 dB less)."""
-
-
-@dataclass(frozen=True)
-class Plant:
-    """A system and what its states are: q, q', then latent forces and instruments.
-
-    Attributes:
-        system: for the predictor.
-        start: covariance of the states after q and q' before the first sample, (k, k).
-        mass: diagonal of M, (n,).
-        stiffness: diagonal of K, (n,).
-    """
-
-    system: System
-    start: Array
-    mass: Array
-    stiffness: Array
 
 
 def plant_of(
@@ -98,6 +74,7 @@ def plant_of(
     drift, rate = np.hstack([rows, 0 * rows]), np.hstack([0 * rows, rows])
     system = System(A, B, C, D, E, F, drift, rate, W, V, np.zeros((2 * n, 0)), n)
     plant = Plant(system, np.zeros((0, 0)), np.diag(model.M), np.diag(model.K))
+    shaped = []
     for port, rms, frequency in latent:
         rate_of = 2 * np.pi * frequency
         drive = np.array([rms * np.sqrt(2 * rate_of)])
@@ -107,13 +84,14 @@ def plant_of(
             force = np.zeros((2 * n, 1)), seen
         else:
             force = entry(-model.port(port)[:, None])
-        plant = _driven(plant, *force, np.array([[-rate_of]]), drive, np.ones(1))
+        shaped.append(Shaped(*force, np.array([[-rate_of]]), drive, np.ones(1)))
     for mechanism in mechanisms:
         if isinstance(mechanism, Disturbance):
             block, drive, shape = mechanism.shaping()
             if sampled_s is not None:
                 block, drive = calmed(block, drive, sampled_s)
-            plant = _driven(plant, *_entry_of(model, mechanism, entry), block, drive, shape)
+            shaped.append(Shaped(*_entry_of(model, mechanism, entry), block, drive, shape))
+    plant = driven(plant, shaped)
     for mechanism in mechanisms:
         if isinstance(mechanism, ChannelFault):
             plant = _seen_through(plant, model, mechanism, readings, sampled_s)
@@ -174,54 +152,6 @@ def axis_of(model: LinearModel, place: str) -> str:
     return dict(zip(model.places("base"), model.base, strict=False))[place]
 
 
-def _driven(
-    plant: Plant, force: Array, read: Array, block: Array, drive: Array, shape: Array
-) -> Plant:
-    """Return the plant with a force that white noise makes through a filter."""
-    system, k = plant.system, len(block)
-    n = len(system.A)
-    into = np.zeros((n, k))
-    into[: len(force)] = force @ shape[None]
-    grown = _grown(system, k)
-    A = grown.A + np.block([[np.zeros((n, n)), into], [np.zeros((k, n)), block]])
-    C = grown.C + np.hstack([0 * system.C, read @ shape[None]])
-    column = np.concatenate([np.zeros(n), drive])[:, None]
-    start = solve_continuous_lyapunov(block, -np.outer(drive, drive))
-    grown = replace(grown, A=A, C=C, G=np.hstack([grown.G, column]))
-    return replace(plant, system=grown, start=block_diag(plant.start, start))
-
-
-def band_limited(plant: Plant, bands: Sequence[float]) -> Plant:
-    """Return the plant with the noise of its first inputs behind low-passes (Butterworth's).
-
-    Args:
-        plant: with white noise.
-        bands: of each input [Hz]; inf where its noise is white.
-    """
-    at = [index for index, band in enumerate(bands) if np.isfinite(band)]
-    if not at:
-        return plant
-    block, entry, out = _low_pass()
-    n, k = len(plant.system.A), len(block)
-    grown = _grown(plant.system, k * len(at))
-    A, C, W, V = (np.array(m) for m in (grown.A, grown.C, grown.W, grown.V))
-    for i, index in enumerate(at):
-        own, w = slice(n + i * k, n + (i + 1) * k), 2 * np.pi * bands[index]
-        A[:n, own], C[:, own] = np.outer(W[:n, index], out), np.outer(V[:, index], out)
-        A[own, own] = w * block
-        W[:, index], V[:, index] = 0.0, 0.0
-        W[own, index] = w * entry
-    start = block_diag(plant.start, np.zeros((k * len(at), k * len(at))))
-    return replace(plant, system=replace(grown, A=A, C=C, W=W, V=V), start=start)
-
-
-@cache
-def _low_pass() -> tuple[Array, Array, Array]:
-    """Return A (k, k), B and C (k,) of a low-pass of 1 rad/s."""
-    block, entry, out, _ = signal.tf2ss(*signal.butter(ORDER, 1.0, analog=True))
-    return block, entry[:, 0], out[0]
-
-
 def _seen_through(
     plant: Plant, model: LinearModel, fault: ChannelFault, readings: Mapping[str, float],
     sampled_s: float | None,
@@ -246,47 +176,4 @@ def _seen_through(
         c = instrument.B.shape[1]
         A, BG = calmed(instrument.A, np.hstack([instrument.B, instrument.G]), sampled_s)
         instrument = replace(instrument, A=A, B=BG[:, :c], G=BG[:, c:])
-    return _read(plant, rows, instrument)
-
-
-def _read(plant: Plant, rows: Sequence[int], instrument: Instrument) -> Plant:
-    system, k = plant.system, len(instrument.A)
-    n, pick = len(system.A), list(rows)
-    grown = _grown(system, k)
-    A, B, E, W = (np.array(m) for m in (grown.A, grown.B, grown.E, grown.W))
-    A[n:, :n] = instrument.B @ system.C[pick]
-    A[n:, n:] = instrument.A
-    B[n:], E[n:] = instrument.B @ system.D[pick], instrument.B @ system.F[pick]
-    W[n:] = instrument.B @ system.V[pick]
-    C, D, F, V = (np.array(m) for m in (grown.C, grown.D, grown.F, grown.V))
-    for matrix in (C, D, F, V):
-        matrix[pick] = instrument.D @ matrix[pick]
-    C[pick, n:] = instrument.C
-    g = instrument.G.shape[1]
-    G = np.hstack([grown.G, np.zeros((n + k, g))])
-    if g:
-        G[n:, -g:] = instrument.G
-    out = replace(grown, A=A, B=B, E=E, W=W, C=C, D=D, F=F, V=V, G=G)
-    return replace(plant, system=out, start=block_diag(plant.start, instrument.start))
-
-
-def _grown(system: System, k: int) -> System:
-    """Return the system with k more states that nothing moves or sees yet."""
-
-    def tall(m: Array) -> Array:
-        return np.vstack([m, np.zeros((k, m.shape[1]))])
-
-    def wide(m: Array) -> Array:
-        return np.hstack([m, np.zeros((m.shape[0], k))])
-
-    return replace(
-        system,
-        A=wide(tall(system.A)),
-        B=tall(system.B),
-        C=wide(system.C),
-        E=tall(system.E),
-        W=tall(system.W),
-        G=tall(system.G),
-        drift=wide(system.drift),
-        rate=wide(system.rate),
-    )
+    return read_by(plant, rows, instrument)

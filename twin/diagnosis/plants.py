@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnosis.plant import Plant, band_limited, plant_of
+from twin.diagnosis.plant import plant_of
+from twin.diagnosis.plant_states import Plant, band_limited
 from twin.diagnosis.problem import Problem
 from twin.mechanisms.mechanism import Mechanism
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from twin.arrays import rms_of
 from twin.diagnosis.known import OfKnown, unknowns_of, valued
 from twin.diagnosis.measured import NOISE_DEVIATION, Load, Measured
-from twin.diagnosis.modal_damping import following
+from twin.diagnosis.modal_damping import following, modes_of
 from twin.diagnosis.parameters import TELLABLE, stiffnesses_of
 from twin.diagnosis.scales import Scales
 from twin.diagnosis.straight import HoldError, above, noise_gain, spectrum
@@ -219,12 +219,14 @@ class Problem:
     def base(self, z: Array) -> LinearModel:
         """Return the twin at values z of its base unknowns, (base unknowns,)."""
         key = np.asarray(z, float).tobytes()
-        found = self._latest.get(key)
-        if found is None:
-            found = self._base(z)
+        if key not in self._latest:
             self._latest.clear()
-            self._latest[key] = found
-        return found
+            self._latest[key] = self._base(z)
+        return self._latest[key]
+
+    @cached_property
+    def _nominal_modes(self) -> tuple[Array, Array]:
+        return modes_of(self.model.M, self.model.K)
 
     @cached_property
     def _latest(self) -> dict[bytes, LinearModel]:
@@ -232,14 +234,12 @@ class Problem:
 
     def _base(self, z: Array) -> LinearModel:
         K, M = self.model.K.copy(), self.model.M.copy()
-        at = 0
-        for _, row, k in self.stiffnesses:
-            K += k * np.expm1(self.tolerance * z[at]) * np.outer(row, row)
-            at += 1
-        for _, body in self.masses:
+        springs = len(self.stiffnesses)
+        for x, (_, row, k) in zip(z, self.stiffnesses, strict=False):
+            K += k * np.expm1(self.tolerance * x) * np.outer(row, row)
+        for x, (_, body) in zip(z[springs:], self.masses, strict=False):
             rows = body.translation
-            M += np.expm1(self.tolerance * z[at]) * (body.mass * rows.T @ rows + body.spin)
-            at += 1
+            M += np.expm1(self.tolerance * x) * (body.mass * rows.T @ rows + body.spin)
         R = self.damping(M, K, z)
         return self._with_inertia(replace(self.model, M=M, K=K, R=R), z)
 
@@ -256,14 +256,13 @@ class Problem:
         for index, r in self.dampings:
             D[index, index] += r * np.expm1(self.damping_tolerance * z[at])
             at += 1
-        return following(self.model.M, self.model.K, M, K, D)
+        return following(self.model.M, self._nominal_modes, M, K, D)
 
     def _with_inertia(self, model: LinearModel, z: Array) -> LinearModel:
         """Return the model with the inertia forces of a shaken base that its masses have."""
         shares = np.expm1(self.tolerance * z[len(self.stiffnesses) :][: len(self.masses)])
-        return with_inertia(
-            model, [(b, float(s)) for (_, b), s in zip(self.masses, shares, strict=True)]
-        )
+        bodies = [body for _, body in self.masses]
+        return with_inertia(model, list(zip(bodies, shares.tolist(), strict=True)))
 
     @cached_property
     def noise_unknowns(self) -> tuple[Unknown, ...]:
