@@ -3,19 +3,22 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from diagnosis_support import lumped, recorded
 
 from twin.diagnosis.beginning import added, moved_to, widened
-from twin.diagnosis.candidates import motions, scales_of
-from twin.diagnosis.dropping import dropped
+from twin.diagnosis.candidates import motions, priors_of, scales_of
+from twin.diagnosis.dropping import dropped, lost
 from twin.diagnosis.explanation import Explanation
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.offer import offer
 from twin.diagnosis.prepare import prepare
+from twin.diagnosis.scales import Scales
 from twin.estimation.fit import fit
 from twin.estimation.likelihood import evaluate
 from twin.mechanisms.bumper import Bumper
 from twin.mechanisms.coulomb_friction import CoulombFriction
+from twin.mechanisms.cubic_stiffness import CubicStiffness
 
 
 def test_a_force_that_stood_for_two_laws_goes_when_both_are_there():
@@ -44,3 +47,27 @@ def test_a_force_that_stood_for_two_laws_goes_when_both_are_there():
     stop, friction = two.hypothesis.at(two.fit.z)
     values = [stop.values["gap"], friction.values["force"]]
     np.testing.assert_allclose(values, [0.0015, 0.4], rtol=0.1)
+
+
+@pytest.mark.parametrize(
+    ("laws", "gone", "new"),
+    [
+        # a stop beside friction has the friction's discrepancy, alone it has its own
+        ((CubicStiffness("storey2", 1e4), Bumper("storey2", 300.0, 5e-3)), 0,
+         "discrepancy storey2 share"),
+        # a port and another name of it have one discrepancy, at the first one's
+        ((CubicStiffness("storey1", 1e4), CubicStiffness("floor1", 1e4)), 0, "discrepancy floor1"),
+    ],
+)  # fmt: skip
+def test_what_is_left_may_have_another_discrepancy(laws, gone, new):
+    problem = prepare(lumped(), [recorded(lumped(), 1)], [recorded(lumped(), 2)]).train
+    scales = Scales({law.place: (1.0, 1e-3, 0.05) for law in laws})
+    both = Hypothesis(problem, laws, tuple(priors_of([law]) for law in laws), scales)
+    found = fit(both, widened(both, np.zeros(len(both.unknowns))), 3)
+    best = Explanation(both, found, found.log_evidence)
+    assert new not in [u.name for u in both.unknowns]
+    assert np.isfinite(lost(best, gone))
+    one = dropped(best, gone, 0.0)
+    assert one is not None
+    assert one.labels == ((laws[1].name, laws[1].place),)
+    assert new in [u.name for u in one.hypothesis.unknowns]

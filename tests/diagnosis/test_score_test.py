@@ -9,9 +9,12 @@ from diagnosis_support import lumped, recorded
 from twin.diagnosis.candidates import Candidate, priors_of
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.prepare import prepare
+from twin.diagnosis.scales import Scales
 from twin.diagnosis.score_test import ScoreTest
 from twin.estimation.fit import fit
 from twin.estimation.likelihood import gaussian
+from twin.mechanisms.bumper import Bumper
+from twin.mechanisms.cubic_stiffness import CubicStiffness
 from twin.mechanisms.sensor_gain import SensorGain
 from twin.mechanisms.sensor_swap import SensorSwap
 
@@ -109,3 +112,13 @@ def test_freeing_a_parameter_promises_what_least_squares_with_a_second_one_bring
         assert found[0] == pytest.approx(gain, rel=1e-3, abs=1e-6)
         assert found[1] == pytest.approx(step[-1], rel=1e-3, abs=1e-6)
         assert step[-1] * found[2] == pytest.approx(step[:-1] - alone, rel=1e-3, abs=1e-5)
+
+
+def test_a_law_beside_a_stop_puts_another_discrepancy_there():
+    stop, spring = Bumper("storey2", 300.0, 5e-3), CubicStiffness("storey2", 1e4)
+    problem = prepare(lumped(), [recorded(lumped(), 1)], [recorded(lumped(), 2)]).train
+    scales = Scales({"storey2": (1.0, 1e-3, 0.05)})
+    alone = Hypothesis(problem, (stop,), (priors_of([stop]),), scales)
+    score = ScoreTest(alone, fit(alone))
+    assert "discrepancy storey2 share" in score.names
+    assert np.isfinite(score.whole(candidate(spring), spring))

@@ -48,7 +48,7 @@ def dropped(
     back, from where that is and from the nominal twin.
     """
     h, fewer = best.hypothesis, _without(best.hypothesis, index)
-    known = {u.name: x for u, x in zip(h.unknowns, best.fit.z, strict=True)}
+    known = _known(fewer, h, best.fit.z)
     kept = {(m.name, m.place) for m in fewer.mechanisms}
     options = [np.array([known[u.name] for u in fewer.unknowns])]
     for e in tried:
@@ -75,7 +75,7 @@ def lost(best: Explanation, index: int) -> float:
     What a part of the samples loses, times the share that it is.
     """
     whole, fewer = (beginning_of(h) for h in (best.hypothesis, _without(best.hypothesis, index)))
-    known = {u.name: x for u, x in zip(whole.unknowns, best.fit.z, strict=True)}
+    known = _known(fewer, whole, best.fit.z)
     z = np.array([known[u.name] for u in fewer.unknowns])
     with_it = attempted(whole, best.fit.z, FEW)
     without_it = attempted(fewer, likeliest(fewer, beginnings(fewer, z))[1], FEW)
@@ -94,6 +94,16 @@ def _without(h: Hypothesis, index: int) -> Hypothesis:
         mechanisms=(*h.mechanisms[:index], *h.mechanisms[index + 1 :]),
         priors=(*h.priors[:index], *h.priors[index + 1 :]),
     )
+
+
+def _known(fewer: Hypothesis, h: Hypothesis, z: Array) -> dict[str, float]:
+    """Return the values of a hypothesis by name, and the prior's mean of what only fewer have.
+
+    Without a law the others at its port may have another discrepancy, or have it at another name of
+    the port.
+    """
+    values = dict.fromkeys((u.name for u in fewer.unknowns), 0.0)
+    return values | {u.name: float(x) for u, x in zip(h.unknowns, z, strict=True)}
 
 
 def _starts(fewer: Hypothesis, options: Sequence[Array]) -> list[Array]:
