@@ -50,24 +50,24 @@ def test_a_force_that_stood_for_two_laws_goes_when_both_are_there():
 
 
 @pytest.mark.parametrize(
-    ("laws", "gone", "new"),
+    ("laws", "new"),
     [
         # a stop beside friction has the friction's discrepancy, alone it has its own
-        ((CubicStiffness("storey2", 1e4), Bumper("storey2", 300.0, 5e-3)), 0,
+        ((CubicStiffness("storey2", 1e4), Bumper("storey2", 300.0, 5e-3)),
          "discrepancy storey2 share"),
         # a port and another name of it have one discrepancy, at the first one's
-        ((CubicStiffness("storey1", 1e4), CubicStiffness("floor1", 1e4)), 0, "discrepancy floor1"),
+        ((CubicStiffness("storey1", 1e4), CubicStiffness("floor1", 1e4)), "discrepancy floor1"),
     ],
 )  # fmt: skip
-def test_what_is_left_may_have_another_discrepancy(laws, gone, new):
+def test_what_is_left_may_have_another_discrepancy(laws, new):
     problem = prepare(lumped(), [recorded(lumped(), 1)], [recorded(lumped(), 2)]).train
     scales = Scales({law.place: (1.0, 1e-3, 0.05) for law in laws})
     both = Hypothesis(problem, laws, tuple(priors_of([law]) for law in laws), scales)
     found = fit(both, widened(both, np.zeros(len(both.unknowns))), 3)
     best = Explanation(both, found, found.log_evidence)
     assert new not in [u.name for u in both.unknowns]
-    assert np.isfinite(lost(best, gone))
-    one = dropped(best, gone, 0.0)
+    assert np.isfinite(lost(best, 0))
+    one = dropped(best, 0, 0.0)
     assert one is not None
     assert one.labels == ((laws[1].name, laws[1].place),)
     assert new in [u.name for u in one.hypothesis.unknowns]

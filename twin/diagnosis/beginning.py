@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -38,6 +38,19 @@ def added(hypothesis: Hypothesis, candidate: Candidate, start: Mechanism) -> Hyp
     )
 
 
+def by_name(hypothesis: Hypothesis, z: Array) -> dict[str, float]:
+    """Return values of a hypothesis' unknowns, (p,), by their names."""
+    return {u.name: float(x) for u, x in zip(hypothesis.unknowns, z, strict=True)}
+
+
+def carried(hypothesis: Hypothesis, known: Mapping[str, float]) -> Array:
+    """Return values of all unknowns, (p,): known ones by name, the prior's mean for the rest.
+
+    Another set of mechanisms may have other discrepancies, too, where they share a port.
+    """
+    return np.array([known.get(u.name, 0.0) for u in hypothesis.unknowns])
+
+
 def moved_to(grown: Hypothesis, before: Hypothesis, z: Array, start: Mechanism) -> Array:
     """Return values of all unknowns: those of another hypothesis, and a first guess for the rest.
 
@@ -47,8 +60,7 @@ def moved_to(grown: Hypothesis, before: Hypothesis, z: Array, start: Mechanism) 
         z: its values, (p,).
         start: the mechanism that begins at its own values.
     """
-    known = {u.name: float(x) for u, x in zip(before.unknowns, z, strict=True)}
-    out = np.zeros(len(grown.unknowns))
+    out = carried(grown, by_name(before, z))
     values = dict(start.values)
     for name, (whole, _, _) in start.shares.items():
         values[name] /= values[whole]
@@ -59,8 +71,6 @@ def moved_to(grown: Hypothesis, before: Hypothesis, z: Array, start: Mechanism) 
             if unknown.log:
                 value = np.log(max(abs(value), 1e-300))
             out[i] = (value - unknown.mean) / unknown.deviation
-        elif unknown.name in known:
-            out[i] = known[unknown.name]
     return out
 
 

@@ -13,7 +13,15 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnosis.beginning import added, attempted, likeliest, moved_to, start_of
+from twin.diagnosis.beginning import (
+    added,
+    attempted,
+    by_name,
+    carried,
+    likeliest,
+    moved_to,
+    start_of,
+)
 from twin.diagnosis.candidates import Candidate, motions, priors_of, surroundings
 from twin.diagnosis.filtering import likeliest_filter
 from twin.diagnosis.hypothesis import Hypothesis
@@ -56,8 +64,7 @@ def choose(problem: Problem) -> tuple[Problem, Array]:
         other, beside = again(late, fit(late, z))
         if other.problem != hypothesis.problem and beside.log_evidence > found.log_evidence:
             hypothesis = replace(blank, problem=other.problem)
-            values = dict(zip((u.name for u in late.unknowns), beside.z, strict=True))
-            found = fit(hypothesis, np.array([values[u.name] for u in hypothesis.unknowns]))
+            found = fit(hypothesis, carried(hypothesis, by_name(late, beside.z)))
     return hypothesis.problem, found.z
 
 

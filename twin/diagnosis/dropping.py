@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnosis.beginning import attempted, beginnings, likelier, likeliest
+from twin.diagnosis.beginning import attempted, beginnings, by_name, carried, likelier, likeliest
 from twin.diagnosis.between import FEW
 from twin.diagnosis.explanation import Explanation, explained
 from twin.diagnosis.hypothesis import Hypothesis
@@ -48,13 +48,12 @@ def dropped(
     back, from where that is and from the nominal twin.
     """
     h, fewer = best.hypothesis, _without(best.hypothesis, index)
-    known = _known(fewer, h, best.fit.z)
+    known = by_name(h, best.fit.z)
     kept = {(m.name, m.place) for m in fewer.mechanisms}
-    options = [np.array([known[u.name] for u in fewer.unknowns])]
+    options = [carried(fewer, known)]
     for e in tried:
         if e.labels and set(e.labels) <= kept:
-            then = dict(zip((u.name for u in e.hypothesis.unknowns), e.fit.z, strict=True))
-            options.append(np.array([then.get(u.name, known[u.name]) for u in fewer.unknowns]))
+            options.append(carried(fewer, known | by_name(e.hypothesis, e.fit.z)))
     # the likelihood of the larger of two nested models never falls behind with more samples, on
     # the average
     if with_all is not None:
@@ -75,8 +74,7 @@ def lost(best: Explanation, index: int) -> float:
     What a part of the samples loses, times the share that it is.
     """
     whole, fewer = (beginning_of(h) for h in (best.hypothesis, _without(best.hypothesis, index)))
-    known = _known(fewer, whole, best.fit.z)
-    z = np.array([known[u.name] for u in fewer.unknowns])
+    z = carried(fewer, by_name(whole, best.fit.z))
     with_it = attempted(whole, best.fit.z, FEW)
     without_it = attempted(fewer, likeliest(fewer, beginnings(fewer, z))[1], FEW)
     if with_it is None or without_it is None:
@@ -94,16 +92,6 @@ def _without(h: Hypothesis, index: int) -> Hypothesis:
         mechanisms=(*h.mechanisms[:index], *h.mechanisms[index + 1 :]),
         priors=(*h.priors[:index], *h.priors[index + 1 :]),
     )
-
-
-def _known(fewer: Hypothesis, h: Hypothesis, z: Array) -> dict[str, float]:
-    """Return the values of a hypothesis by name, and the prior's mean of what only fewer have.
-
-    Without a law the others at its port may have another discrepancy, or have it at another name of
-    the port.
-    """
-    values = dict.fromkeys((u.name for u in fewer.unknowns), 0.0)
-    return values | {u.name: float(x) for u, x in zip(h.unknowns, z, strict=True)}
 
 
 def _starts(fewer: Hypothesis, options: Sequence[Array]) -> list[Array]:

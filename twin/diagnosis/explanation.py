@@ -17,7 +17,7 @@ from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.missing_force import nonlinear_share
 from twin.diagnosis.portion import ROUGH, SURE, on_a_part
 from twin.diagnosis.problem import LINEAR_PHASE
-from twin.estimation.fit import Fit, fit
+from twin.estimation.fit import ENOUGH, Fit, fit
 from twin.mechanisms.mechanism import Disturbance, Law, Mechanism, StructuralChange
 
 Array = NDArray[np.float64]
@@ -63,9 +63,8 @@ def explained(h: Hypothesis, z: Array, cost: float, top: Explanation) -> Explana
     for option, begun in within_reach(options, z):
         ahead = max([least, *(e.fit.log_evidence for e in fits)])
         try:
-            other, found = option, fit(option, begun, hopeless=ahead, patience=SURE)
-            if not analyser_known(option):
-                other, found = again(option, found, steps=0)
+            rough = fit(option, begun, hopeless=ahead, patience=SURE)
+            other, found = _unless_known(option, rough)
             if abs(found.log_evidence - least) < SURE:
                 found = fit(other, found.z, near=found.averages)
         except (ValueError, np.linalg.LinAlgError):
@@ -136,10 +135,18 @@ def analyser_known(h: Hypothesis) -> bool:
     """Return whether the analyser's filter was found with the mechanisms before the last one.
 
     There is one analyser. Once a law was found that shows its filter, or shows none, others are
-    compared behind it; with what is chosen of them it is asked for again.
+    compared behind it.
     """
     guessed = h.problem.low_pass == LINEAR_PHASE
     return not guessed and replace(h, mechanisms=h.mechanisms[:-1]).stirs
+
+
+def _unless_known(h: Hypothesis, found: Fit, enough: float = ENOUGH) -> tuple[Hypothesis, Fit]:
+    """Return a fit with other inputs between samples or another filter, if likelier (``again``).
+
+    As it is where the analyser is known: the search asks again with what it chooses.
+    """
+    return (h, found) if analyser_known(h) else again(h, found, steps=0, enough=enough)
 
 
 def within_reach(options: Sequence[Hypothesis], z: Array) -> list[tuple[Hypothesis, Array]]:
@@ -154,9 +161,7 @@ def within_reach(options: Sequence[Hypothesis], z: Array) -> list[tuple[Hypothes
     for part in (part for part in parts if part is not None):
         found = attempted(part, _sharpest(part, z), enough=ROUGH)
         if found is not None:
-            ended = part
-            if not analyser_known(part):
-                ended, found = again(part, found, steps=0, enough=ROUGH)
+            ended, found = _unless_known(part, found, ROUGH)
             known = ends.get(_kind(ended))
             if known is None or found.log_evidence > known[1].log_evidence:
                 ends[_kind(ended)] = ended, found

@@ -190,13 +190,13 @@ class Hypothesis:
         at = len(problem.base_unknowns) + sum(len(m.parameters) for m in self.mechanisms)
         rest = iter(values[at:])
         plants, starts = self._plants(z, mechanisms, list(islice(rest, 2 * len(self.doubted))))
-        shares = dict(zip(self.erring, list(islice(rest, len(self.erring))), strict=True))
+        shares = dict(zip(self.erring, islice(rest, len(self.erring)), strict=True))
         noises = []
         for t, (recording, start) in enumerate(zip(problem.recordings, starts, strict=True)):
-            output = np.array(list(islice(rest, len(problem.model.outputs))))
+            output = np.fromiter(islice(rest, len(problem.model.outputs)), float)
             moving = recording.driven
             input_noise = np.zeros(len(moving))
-            told = np.array(list(islice(rest, int(moving.sum()))))
+            told = np.fromiter(islice(rest, int(moving.sum())), float)
             # of what was read no more than all was noise: what more is missing is no instrument's
             input_noise[moving] = told / np.hypot(1.0, told / problem.input_readings[t, moving])
             system = plants.stepped[plants.which[t]].system

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnosis.beginning import added, attempted, likelier, moved_to
+from twin.diagnosis.beginning import added, attempted, by_name, carried, likelier, moved_to
 from twin.diagnosis.candidates import Candidate
 from twin.diagnosis.explanation import Explanation, explained
 from twin.diagnosis.hypothesis import Hypothesis
@@ -123,13 +123,7 @@ def _instead(best: Explanation, at: int, other: Explanation, cost: float) -> Exp
     mechanisms, priors = list(h.mechanisms), list(h.priors)
     mechanisms[at], priors[at] = other.hypothesis.mechanisms[-1], other.hypothesis.priors[-1]
     exchanged = replace(h, mechanisms=tuple(mechanisms), priors=tuple(priors))
-    ours, theirs = (
-        {u.name: float(x) for u, x in zip(e.hypothesis.unknowns, e.fit.z, strict=True)}
-        for e in (best, other)
-    )
-    begun = [
-        np.array([known.get(u.name, 0.0) for u in exchanged.unknowns])
-        for known in (theirs | ours, ours | theirs)
-    ]
+    ours, theirs = (by_name(e.hypothesis, e.fit.z) for e in (best, other))
+    begun = [carried(exchanged, known) for known in (theirs | ours, ours | theirs)]
     _, z = likelier(exchanged, begun)
     return explained(exchanged, z, cost, best)

@@ -103,7 +103,7 @@ def band_limited(plant: Plant, bands: Sequence[float]) -> Plant:
     block, entry, out = _low_pass()
     n, k = len(plant.system.A), len(block)
     grown = _grown(plant.system, k * len(at))
-    A, C, W, V = (np.array(m) for m in (grown.A, grown.C, grown.W, grown.V))
+    A, C, W, V = grown.A, grown.C, grown.W, grown.V.copy()
     for i, index in enumerate(at):
         own, w = slice(n + i * k, n + (i + 1) * k), 2 * np.pi * bands[index]
         A[:n, own], C[:, own] = np.outer(W[:n, index], out), np.outer(V[:, index], out)
@@ -126,12 +126,12 @@ def read_by(plant: Plant, rows: Sequence[int], instrument: Instrument) -> Plant:
     system, k = plant.system, len(instrument.A)
     n, pick = len(system.A), list(rows)
     grown = _grown(system, k)
-    A, B, E, W = (np.array(m) for m in (grown.A, grown.B, grown.E, grown.W))
+    A, B, E, W = grown.A, grown.B, grown.E, grown.W
     A[n:, :n] = instrument.B @ system.C[pick]
     A[n:, n:] = instrument.A
     B[n:], E[n:] = instrument.B @ system.D[pick], instrument.B @ system.F[pick]
     W[n:] = instrument.B @ system.V[pick]
-    C, D, F, V = (np.array(m) for m in (grown.C, grown.D, grown.F, grown.V))
+    C, D, F, V = grown.C, grown.D.copy(), grown.F.copy(), grown.V.copy()
     for matrix in (C, D, F, V):
         matrix[pick] = instrument.D @ matrix[pick]
     C[pick, n:] = instrument.C
@@ -144,7 +144,10 @@ def read_by(plant: Plant, rows: Sequence[int], instrument: Instrument) -> Plant:
 
 
 def _grown(system: System, k: int) -> System:
-    """Return the system with k more states that nothing moves or sees yet, all its matrices new."""
+    """Return the system with k more states that nothing moves or sees yet.
+
+    Every matrix that has a place for them is a new one, and may be filled.
+    """
 
     def larger(m: Array, rows: int, columns: int) -> Array:
         out = np.zeros((m.shape[0] + rows, m.shape[1] + columns))

@@ -18,7 +18,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnosis.beginning import added, beginnings, moved_to
+from twin.diagnosis.beginning import added, beginnings, by_name, moved_to
 from twin.diagnosis.candidates import Candidate
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.linearised import Linearised
@@ -256,7 +256,7 @@ class ScoreTest:
         rise = _density(runs, value.trials) - self._likelihood[grown.problem.samples]
         if grown.problem.samples < self.hypothesis.problem.samples:
             return rise, rise
-        known = dict(zip((u.name for u in grown.unknowns), z.tolist(), strict=True))
+        known = by_name(grown, z)
         # another law at a port may put another discrepancy there: what is gone pulls no more
         pull = np.array([known.get(name, 0.0) for name in self.names])
         white = [self.whitened(i, run.e[:, :, None])[:, 0] for i, run in enumerate(runs)]
