@@ -3,19 +3,24 @@
 import numpy as np
 import pytest
 from diagnosis_support import lumped, recorded
+from scipy.linalg import expm, solve_continuous_lyapunov
 
 from twin.diagnosis.beginning import start_of
 from twin.diagnosis.by_simulation import with_noise
 from twin.diagnosis.candidates import priors_of
+from twin.diagnosis.discrepancy import Discrepancy
 from twin.diagnosis.explanation import Explanation
 from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.left import law_whose_form, left_share
 from twin.diagnosis.prepare import prepare
 from twin.diagnosis.scales import Scales
-from twin.diagnosis.sizes import left_share, negligible
+from twin.diagnosis.sizes import negligible
 from twin.estimation.fit import Fit
+from twin.estimation.start import root_of
 from twin.mechanisms.bumper import Bumper
 from twin.mechanisms.clearance import Clearance
 from twin.mechanisms.cubic_stiffness import CubicStiffness
+from twin.mechanisms.unmeasured_force import UnmeasuredForce
 
 SCALES = Scales({"storey1": (0.1, 1e-3, 0.02), "storey2": (0.1, 1e-3, 0.02)})
 
@@ -82,7 +87,7 @@ def test_a_law_that_acts_at_times_is_off_by_a_share_and_by_no_latent_force():
     assert (both.ports, both.erring) == (("storey2",), ())  # one discrepancy at a port
     here = both.assemble(z)
     assert here.errors == (0.0, 0.0)
-    assert len(here.systems[0].A) == len(h.assemble(np.zeros(len(h.unknowns))).systems[0].A) + 1
+    assert len(here.systems[0].A) == len(h.assemble(np.zeros(len(h.unknowns))).systems[0].A) + 2
 
 
 @pytest.mark.parametrize("share", [0.02, 0.3])
@@ -90,7 +95,7 @@ def test_what_is_left_of_a_stop_is_its_share(share):
     problem = hypothesis(lumped()).problem
     h, z = beside(problem, Bumper("storey2", 500.0, 5e-4))
     z = with_share(h, z, share)
-    left = left_share(h, as_fitted(h, z), h.mechanisms[0], 2.0)
+    left = left_share(h, as_fitted(h, z), 0, [2.0])
     assert left == pytest.approx(share / np.hypot(1.0, share))
 
 
@@ -107,3 +112,59 @@ def test_after_a_search_by_simulation_a_stop_is_off_by_what_is_left():
     h, _ = beside(problem, Bumper("storey2", 500.0, 5e-4))
     found = with_noise(Explanation(h, as_fitted(h, start_of(h)), 0.0))
     assert 0.0 < found.fit.values["discrepancy storey2 share"] < 2.0
+
+
+@pytest.mark.parametrize(
+    ("frequency", "bandwidth", "steps"),
+    [(0.05, None, 1024), (0.3, None, 1024), (0.1, 0.2, 1024), (0.3, 0.05, 1024), (2.0, 0.5, 4096)],
+)
+def test_how_much_a_discrepancy_varies_is_that_of_histories_that_are_drawn(
+    frequency, bandwidth, steps
+):
+    """About their own mean over four seconds; with a corner, at one, and as a resonance."""
+    one = Discrepancy("storey2", 0.7, frequency, bandwidth)
+    block, drive, shape = one.shaping()
+    A, draw = expm(block * 4.0 / steps), np.random.default_rng(0)
+    start = solve_continuous_lyapunov(block, -np.outer(drive, drive))
+    state = np.linalg.cholesky(start) @ draw.standard_normal((len(block), 2000))
+    noise = root_of(start - A @ start @ A.T)
+    history = np.empty((steps, 2000))
+    for k in range(steps):
+        history[k] = shape @ state
+        state = A @ state + noise @ draw.standard_normal((len(block), 2000))
+    assert one.varying(4.0) == pytest.approx(np.sqrt(np.mean(np.var(history, axis=0))), rel=0.03)
+
+
+def test_a_discrepancy_that_does_not_change_within_a_recording_does_not_vary():
+    for bandwidth in (None, 2e-7):
+        assert Discrepancy("storey2", 0.7, 1e-7, bandwidth).varying(4.0) < 1e-2 * 0.7
+
+
+def latent_beside(problem, law, force):
+    """The law with that force, and sizes: forces' RMS times their ports' length."""
+    h = Hypothesis(problem, (law, force), (priors_of((law,)), priors_of((force,))), SCALES)
+    return h, start_of(h)
+
+
+@pytest.mark.parametrize(
+    ("place", "size", "bandwidth", "stands"),
+    [
+        ("floor1", 0.5, 2.0, True),  # the port of storey1 by another name
+        ("floor2", 0.5, 2.0, False),  # another port
+        ("floor1", 2.0, 2.0, False),  # more than the law
+        ("floor1", 0.5, 1e-3, False),  # a line, narrower than any resonance
+    ],
+)
+def test_a_latent_force_at_a_laws_port_is_what_the_law_leaves(place, size, bandwidth, stands):
+    problem = hypothesis(lumped()).problem
+    law, force = CubicStiffness("storey1", 1e5), UnmeasuredForce(place, 0.1, 3.0, bandwidth)
+    h, z = latent_beside(problem, law, force)
+    found, sizes = as_fitted(h, z), [1.0, size]
+    assert law_whose_form(h, z, sizes, 1) == (0 if stands else None)
+    assert law_whose_form(h, z, sizes, 0) is None
+    assert negligible(h, found, [], sizes)[1] is stands
+    alone = left_share(h, found, 0, [1.0, 0.0])
+    both = np.hypot(alone / np.sqrt(1 - alone**2), size) if stands else 0.0
+    assert left_share(h, found, 0, sizes) == pytest.approx(
+        both / np.hypot(1.0, both) if stands else alone
+    )

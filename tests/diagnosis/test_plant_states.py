@@ -5,6 +5,7 @@ import pytest
 from diagnosis_support import lumped, recorded
 from scipy.linalg import solve_continuous_lyapunov
 
+from twin.diagnosis.discrepancy import Discrepancy
 from twin.diagnosis.plant import plant_of
 from twin.diagnosis.prepare import prepare
 from twin.mechanisms.unmeasured_force import UnmeasuredForce
@@ -17,27 +18,30 @@ def model():
 
 def test_forces_before_the_first_sample_scatter_as_they_always_do(model):
     disturbance = UnmeasuredForce("floor1", 0.2, 2.0, 0.3)
-    levels = [("storey2", 0.3, 4.0), ("acc_floor1", 0.05, 11.0)]
-    plant = plant_of(model, (disturbance,), levels, {})
+    latent = [Discrepancy("storey2", 0.3, 4.0, 9.0), Discrepancy("acc_floor1", 0.05, 11.0)]
+    plant = plant_of(model, (disturbance,), latent, {})
     system, n = plant.system, 2 * len(model.coordinates)
     assert len(system.A) == n + len(plant.start)
-    assert np.diag(plant.start)[:2] == pytest.approx([0.3**2, 0.05**2])
+    assert np.diag(plant.start)[[0, 2]] == pytest.approx([0.3**2, 0.05**2])
     own, G = system.A[n:, n:], system.G[n:]
     stationary = solve_continuous_lyapunov(own, -G @ G.T)
     np.testing.assert_allclose(plant.start, stationary, rtol=1e-9, atol=1e-12)
     assert not np.any(system.G[:n])
-    np.testing.assert_allclose(np.diag(own)[:2], -2 * np.pi * np.array([4.0, 11.0]))
+    assert -own[1, 0] == pytest.approx((2 * np.pi * 4.0) ** 2)
+    np.testing.assert_allclose(np.diag(own)[:3], -2 * np.pi * np.array([0.0, 9.0, 11.0]))
 
 
 def test_a_latent_force_pushes_its_port_and_a_latent_reading_its_output(model):
-    plant = plant_of(model, (), [("storey2", 0.3, 4.0), ("acc_floor1", 0.05, 11.0)], {})
+    latent = [Discrepancy("storey2", 0.3, 4.0, 9.0), Discrepancy("acc_floor1", 0.05, 11.0)]
+    plant = plant_of(model, (), latent, {})
     bare, n = plant_of(model, (), (), {}).system, 2 * len(model.coordinates)
     push = np.linalg.solve(model.M, -model.port("storey2"))
     np.testing.assert_allclose(plant.system.A[: n // 2, n:], 0.0)
     np.testing.assert_allclose(plant.system.A[n // 2 : n, n], push)
-    assert not np.any(plant.system.A[:n, n + 1])
+    assert not np.any(plant.system.A[:n, n + 1 :])
     np.testing.assert_allclose(plant.system.C[:, n], model.Ca @ push)
-    assert plant.system.C[:, n + 1].tolist() == [
+    assert not np.any(plant.system.C[:, n + 1])
+    assert plant.system.C[:, n + 2].tolist() == [
         float(name == "acc_floor1") for name in model.outputs
     ]
     np.testing.assert_array_equal(plant.system.A[:n, :n], bare.A)

@@ -9,9 +9,10 @@ from diagnosis_support import lumped, recorded
 from twin.diagnosis.candidates import motions, scales_of
 from twin.diagnosis.discrepancy import DISCREPANCY_SHARE
 from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.left import left_share
 from twin.diagnosis.predict import predictors
 from twin.diagnosis.prepare import prepare
-from twin.diagnosis.sizes import forces, left_share, negligible, of_known
+from twin.diagnosis.sizes import forces, negligible, of_known
 from twin.estimation.fit import fit
 from twin.mechanisms.appendage import Appendage
 from twin.mechanisms.coulomb_friction import CoulombFriction
@@ -88,30 +89,25 @@ def test_beside_a_law_a_hundredth_of_it_is_negligible_and_a_tenth_is_not(problem
 
 
 def test_a_force_that_stays_is_no_discrepancy(problem):
-    """Against the variance about the mean of first-order noise that is drawn."""
     law = CubicStiffness("storey2", 1e6)
     h = hypothesis(problem, law)
     found = fit(h, most=1, free=np.zeros(len(h.unknowns), bool))
-    (size,) = sizes(problem, law)
-    at = [u.name for u in h.unknowns].index("discrepancy storey2 frequency")
-    unknown, longest = h.unknowns[at], len(problem.recordings[0].y) * problem.step_s
+    names = [u.name for u in h.unknowns]
+    at = [names.index(f"discrepancy storey2 {name}") for name in ("frequency", "bandwidth")]
 
-    def left(corner_hz):
+    def left(hz):
         z = found.z.copy()
-        z[at] = (np.log(corner_hz) - unknown.mean) / unknown.deviation
-        share = left_share(h, replace(found, z=z), law, size)
+        logs = np.log([hz, 2 * hz])
+        z[at] = [(x - h.unknowns[i].mean) / h.unknowns[i].deviation
+                 for x, i in zip(logs, at, strict=True)]  # fmt: skip
+        share = left_share(h, replace(found, z=z), 0, sizes(problem, law))
         return share / np.sqrt(1 - share**2)
 
-    quick = left(1e3)
-    assert left(1e-6) < 0.01 * quick
-    steps, draw = 1024, np.random.default_rng(0)
-    for x in (1.0, 6.0):
-        keeps = np.exp(-x / steps)
-        noise = draw.standard_normal((steps, 2000))
-        for k in range(1, steps):
-            noise[k] = keeps * noise[k - 1] + np.sqrt(1 - keeps**2) * noise[k]
-        varies = np.sqrt(np.mean(np.var(noise, axis=0)))
-        assert left(x / (2 * np.pi * longest)) == pytest.approx(varies * quick, rel=0.03)
+    longest = len(problem.recordings[0].y) * problem.step_s
+    assert left(1e-5 / longest) < 0.01 * left(1e3)
+    # critically damped at 1/T [rad/s], of the variance the mean keeps 2 int_0^1 (1 - x^2) e^-x dx
+    varies = np.sqrt(1 - (8 / np.e - 2))
+    assert left(1 / (2 * np.pi * longest)) == pytest.approx(varies * left(1e3), rel=1e-3)
 
 
 def test_a_damping_within_the_tolerance_of_the_structures_is_negligible(problem):

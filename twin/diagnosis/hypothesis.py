@@ -9,17 +9,16 @@ law jump (an analyser's filter smears jumps, and no law is an exact jump), n pro
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis.blurring import CUT_OFF, smear
-from twin.diagnosis.discrepancy import error_of, port_of, smeared_outputs, unknowns_at
+from twin.diagnosis.discrepancy import Discrepancy, error_of, port_of, smeared_outputs, unknowns_at
 from twin.diagnosis.mending import as_read
 from twin.diagnosis.parts import parts_of, yielding
 from twin.diagnosis.plant import structure_of
@@ -27,6 +26,7 @@ from twin.diagnosis.plants import Plants, in_each, plants_at, start_covariance
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.scales import Scales
 from twin.diagnosis.straight import ringing
+from twin.diagnosis.unknowns import mechanism_at, unknowns_of
 from twin.estimation.laws import MOST_NUMBERS
 from twin.estimation.model import Assembly, Trial, Unknown
 from twin.estimation.ringing import Ringing
@@ -131,22 +131,13 @@ class Hypothesis:
         """Base, mechanisms, discrepancies, noise levels and what is ranged, in this order."""
         out = list(self.problem.base_unknowns)
         for mechanism, priors in zip(self.mechanisms, self.priors, strict=True):
-            role: Any = "law" if isinstance(mechanism, Law) else "system"
-            if isinstance(mechanism, ChannelFault) and mechanism.in_samples:
-                role = "samples"
-            # what a law takes over of the structure's stiffness, a share of its own, is linear
-            linear = {*mechanism.shares, *(whole for whole, _, _ in mechanism.shares.values())}
-            for name, parameter in mechanism.parameters.items():
-                mean, deviation = priors[name]
-                title = f"{mechanism.name} {mechanism.place} {name}"
-                own: Any = "system" if name in linear else role
-                out.append(Unknown(title, mean, deviation, parameter.scale == "log", own))
+            out += unknowns_of(mechanism, priors)
         for place in self.doubted:
             if place in self.smeared:
                 size, quick = self.problem.readings[place], CUT_OFF * self.problem.sampling_hz / 2
             else:
                 size, quick = self.around(place)[0], self.middle_hz
-            out += unknowns_at(place, size, quick)
+            out += unknowns_at(place, size, quick, place not in self.smeared)
         out += map(error_of, self.erring)
         ranged = [
             Unknown(f"{m.name} {m.place} in {r.name}", 0.0, RANGED, True, "system", t)
@@ -170,26 +161,33 @@ class Hypothesis:
 
     def at(self, z: Array) -> tuple[Mechanism, ...]:
         """Return the mechanisms at values z of all unknowns, (p,)."""
-        index = len(self.problem.base_unknowns)
-        out = []
-        for mechanism in self.mechanisms:
-            values = {}
-            for name in mechanism.parameters:
-                values[name] = self.unknowns[index].value(float(z[index]))
-                index += 1
-            for name, (whole, _, _) in mechanism.shares.items():
-                values[name] *= values[whole]
-            out.append(mechanism.with_values(values))
-        return tuple(out)
+        values = self._values(z, len(self.problem.base_unknowns))
+        return tuple(mechanism_at(mechanism, values) for mechanism in self.mechanisms)
+
+    @cached_property
+    def _first_latent(self) -> int:
+        """Where the unknowns of discrepancies begin."""
+        return len(self.problem.base_unknowns) + sum(len(m.parameters) for m in self.mechanisms)
+
+    def latent(self, z: Array) -> list[Discrepancy]:
+        """Return the latent forces and readings at values z, (p,)."""
+        return self._latent(self._values(z, self._first_latent))
+
+    def _values(self, z: Array, first: int) -> Iterator[float]:
+        """Return the values of the unknowns from one of them on, in SI units."""
+        return (u.value(float(x)) for u, x in zip(self.unknowns[first:], z[first:], strict=True))
+
+    def _latent(self, rest: Iterator[float]) -> list[Discrepancy]:
+        """Take the latent forces and readings from values that begin with theirs."""
+        return [Discrepancy(place, *islice(rest, 2 if place in self.smeared else 3))
+                for place in self.doubted]  # fmt: skip
 
     def assemble(self, z: Array) -> Assembly:
         """Return systems, noise levels and laws at values z, (p,)."""
         problem = self.problem
-        values = [u.value(float(x)) for u, x in zip(self.unknowns, z, strict=True)]
         mechanisms = (*self.at(z), *problem.known_at(z))
-        at = len(problem.base_unknowns) + sum(len(m.parameters) for m in self.mechanisms)
-        rest = iter(values[at:])
-        plants, starts = self._plants(z, mechanisms, list(islice(rest, 2 * len(self.doubted))))
+        rest = self._values(z, self._first_latent)
+        plants, starts = self._plants(z, self._latent(rest))
         shares = dict(zip(self.erring, islice(rest, len(self.erring)), strict=True))
         noises = []
         for t, (recording, start) in enumerate(zip(problem.recordings, starts, strict=True)):
@@ -270,9 +268,7 @@ class Hypothesis:
         """Return the values of the unknowns that have one of these roles."""
         return tuple(float(x) for x, u in zip(z, self.unknowns, strict=True) if u.role in roles)
 
-    def _plants(
-        self, z: Array, mechanisms: Sequence[Mechanism], latent: Sequence[float]
-    ) -> tuple[Plants, tuple[Array, ...]]:
+    def _plants(self, z: Array, latent: Sequence[Discrepancy]) -> tuple[Plants, tuple[Array, ...]]:
         """Return the plants, and the covariance of each recording's first state.
 
         Steps in noise levels and in laws' numbers ask for the same ones again.
@@ -280,10 +276,10 @@ class Hypothesis:
         key = self._key(z, "system")
         if key in self._kept:
             return self._kept[key]
-        levels = list(zip(self.doubted, latent[::2], latent[1::2], strict=True))
         base = z[: len(self.problem.base_unknowns)]
-        several = in_each(mechanisms, self._ranged, RANGED * z, len(self.problem.recordings))
-        plants = plants_at(self.problem, base, several, levels, self.simulated)
+        every = (*self.at(z), *self.problem.known_at(z))
+        several = in_each(every, self._ranged, RANGED * z, len(self.problem.recordings))
+        plants = plants_at(self.problem, base, several, latent, self.simulated)
         of_each = [plants.stepped[k] for k in plants.which]
         starts = tuple(start_covariance(self.problem, t, own) for t, own in enumerate(of_each))
         if len(self._kept) >= KEPT:

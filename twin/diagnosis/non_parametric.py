@@ -18,9 +18,9 @@ from twin.diagnosis.beginning import added, moved_to
 from twin.diagnosis.candidates import Candidate
 from twin.diagnosis.discrepancy import DISCREPANCY_SHARE
 from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.left import left_share
 from twin.diagnosis.missing_force import along_motion, needed, smooth
 from twin.diagnosis.motion import Motion
-from twin.diagnosis.sizes import left_share
 from twin.estimation.fit import Fit
 from twin.mechanisms.mechanism import ChannelFault, Disturbance, Law, Mechanism
 from twin.mechanisms.restoring_force import RestoringForce
@@ -55,7 +55,7 @@ def doubtful(hypothesis: Hypothesis, fit: Fit, sizes: Sequence[float | None]) ->
     out = {i for i in structural if places.count(mechanisms[i].place) > 1}
     for index in structural:
         mechanism = mechanisms[index]
-        share = left_share(hypothesis, fit, mechanism, sizes[index])
+        share = left_share(hypothesis, fit, index, sizes)
         if isinstance(mechanism, Disturbance) or (share is not None and share > DISCREPANCY_SHARE):
             out.add(index)
     return out

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.diagnosis.discrepancy import Discrepancy
 from twin.diagnosis.plant_states import Plant, Shaped, driven, read_by
 from twin.diagnosis.scales import ROUNDING
 from twin.diagnosis.straight import calmed, well_damped
@@ -22,7 +23,7 @@ Array = NDArray[np.float64]
 def plant_of(
     model: LinearModel,
     mechanisms: Sequence[Mechanism],
-    latent: Sequence[tuple[str, float, float]],
+    latent: Sequence[Discrepancy],
     readings: Mapping[str, float],
     noise_gain: Array | None = None,
     pseudo_forces: int = 0,
@@ -34,8 +35,7 @@ def plant_of(
     Args:
         model: the structure as it stands.
         mechanisms: in any order.
-        latent: port or output, RMS [N or the output's unit] and corner frequency [Hz] of each
-            discrepancy.
+        latent: each discrepancy.
         readings: RMS of each output.
         noise_gain: by what noise stirs each of the first coordinates more than it does in steps
             from sample to sample, (n,), 0 where none is to; 1 without.
@@ -75,27 +75,31 @@ def plant_of(
     system = System(A, B, C, D, E, F, drift, rate, W, V, np.zeros((2 * n, 0)), n)
     plant = Plant(system, np.zeros((0, 0)), np.diag(model.M), np.diag(model.K))
     shaped = []
-    for port, rms, frequency in latent:
-        rate_of = 2 * np.pi * frequency
-        drive = np.array([rms * np.sqrt(2 * rate_of)])
-        if port in model.outputs:
+    for one in latent:
+        if one.place in model.outputs:
             seen = np.zeros((len(model.outputs), 1))
-            seen[model.outputs.index(port)] = 1.0
+            seen[model.outputs.index(one.place)] = 1.0
             force = np.zeros((2 * n, 1)), seen
         else:
-            force = entry(-model.port(port)[:, None])
-        shaped.append(Shaped(*force, np.array([[-rate_of]]), drive, np.ones(1)))
+            force = entry(-model.port(one.place)[:, None])
+        shaped.append(Shaped(*force, *_calm(one.shaping(), sampled_s)))
     for mechanism in mechanisms:
         if isinstance(mechanism, Disturbance):
-            block, drive, shape = mechanism.shaping()
-            if sampled_s is not None:
-                block, drive = calmed(block, drive, sampled_s)
-            shaped.append(Shaped(*_entry_of(model, mechanism, entry), block, drive, shape))
+            shaping = _calm(mechanism.shaping(), sampled_s)
+            shaped.append(Shaped(*_entry_of(model, mechanism, entry), *shaping))
     plant = driven(plant, shaped)
     for mechanism in mechanisms:
         if isinstance(mechanism, ChannelFault):
             plant = _seen_through(plant, model, mechanism, readings, sampled_s)
     return plant
+
+
+def _calm(shaping: tuple[Array, Array, Array], step_s: float | None) -> tuple[Array, Array, Array]:
+    """Return a filter that does not ring above half the sampling rate; as it is without a step."""
+    block, drive, shape = shaping
+    if step_s is None:
+        return shaping
+    return *calmed(block, drive, step_s), shape
 
 
 def _stirred(M: Array, K: Array, own: int) -> Array:

@@ -87,6 +87,9 @@ def _stationary(block: Array, drive: Array) -> Array:
     """Return the covariance of x' = block x + drive w, with white noise w, (k, k)."""
     if len(block) == 1:
         return -0.5 * np.outer(drive, drive) / block
+    if len(block) == 2 and block[0, 0] == drive[0] == 0.0 and block[0, 1] == 1.0:  # an oscillator
+        square, a = -block[1]
+        return np.diag([1.0 / square, 1.0]) * drive[1] ** 2 / (2.0 * a)
     return np.asarray(solve_continuous_lyapunov(block, -np.outer(drive, drive)))
 
 

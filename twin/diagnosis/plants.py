@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.diagnosis.discrepancy import Discrepancy
 from twin.diagnosis.plant import plant_of
 from twin.diagnosis.plant_states import Plant, band_limited
 from twin.diagnosis.problem import Problem
@@ -68,7 +69,7 @@ def in_each(
 
 def plants_at(
     problem: Problem, z: Array, mechanisms: Sequence[tuple[Mechanism, ...]],
-    levels: Sequence[tuple[str, float, float]], simulated: bool,
+    latent: Sequence[Discrepancy], simulated: bool,
 ) -> Plants:  # fmt: skip
     """Return the plants at values z of the base unknowns, (base unknowns,).
 
@@ -76,7 +77,7 @@ def plants_at(
         problem: whose recordings they are.
         z: the values.
         mechanisms: of each recording, in any order; the structure's are alike in all.
-        levels: port or output, RMS and corner frequency of each discrepancy.
+        latent: each discrepancy.
         simulated: whether the laws are.
 
     Raises:
@@ -97,7 +98,7 @@ def plants_at(
             model = base
             for place, mass in load:
                 model = model.loaded(place, mass)
-            plants.append(plant_of(model, there, levels, problem.readings, problem.noise_gain,
+            plants.append(plant_of(model, there, latent, problem.readings, problem.noise_gain,
                                    problem.pseudo_forces, step_s, problem.step_s))  # fmt: skip
         made.append(tuple(band_limited(plants[index], bands) for index, bands in variants))
     own = made[1] if len(made) > 1 else ()

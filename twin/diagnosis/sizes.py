@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from twin.diagnosis.discrepancy import DISCREPANCY_SHARE
 from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.left import greatest_law, law_whose_form, left_at
 from twin.diagnosis.predict import Predictor
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.pushes import altered, push_of, pushes, read, rms, unexplained_in
@@ -87,12 +88,15 @@ def negligible(
     for index, (mechanism, size) in enumerate(zip(mechanisms, sizes, strict=True)):
         left = max(inexact(mechanisms, sizes, index, known), of_known(problem, mechanism, known))
         own = hypothesis.port_of(mechanism.place) if isinstance(mechanism, Law) else None
-        greatest = _greatest(hypothesis, mechanisms, sizes, own)
+        greatest = greatest_law(hypothesis, mechanisms, sizes, own)
         for port in (*hypothesis.ports, *hypothesis.erring):
             if port != own or index != greatest:
-                left = max(left, _left_at(port, hypothesis, fit, acting))
+                left = max(left, left_at(port, hypothesis, fit, acting))
         if isinstance(mechanism, StructuralChange) and mechanism.verdict == "parameter":
             left = max(left, _scatter(problem, mechanism, beside))
+        if law_whose_form(hypothesis, fit.z, sizes, index) is not None:
+            out.append(True)
+            continue
         beyond = [not w for i, w in enumerate(within) if i != index]
         if within[index] and (known or shown or any(beyond)):
             out.append(True)
@@ -122,66 +126,6 @@ def _unheard(push: Array, model: LinearModel, latent: Mapping[str, float]) -> bo
     seen = read(push, model)
     inexact_by = SPECTRUM_SHARE * np.array([latent.get(n, 0.0) for n in model.outputs])
     return bool(np.all((seen < inexact_by) | (seen <= ROUNDING * np.max(seen))))
-
-
-def _greatest(
-    hypothesis: Hypothesis, mechanisms: Sequence[Mechanism], sizes: Sequence[float | None],
-    port: str | None,
-) -> int | None:  # fmt: skip
-    """Return the index of the greatest law at a port where a discrepancy stands."""
-    laws = [i for i, m in enumerate(mechanisms)
-            if isinstance(m, Law) and hypothesis.port_of(m.place) == port]  # fmt: skip
-    return max(laws, key=lambda i: sizes[i] or 0.0, default=None)
-
-
-def left_share(
-    hypothesis: Hypothesis, fit: Fit, mechanism: Mechanism, size: float | None
-) -> float | None:
-    """Return the share of the missing force that is left to the discrepancy at a law's port.
-
-    Args:
-        hypothesis: the twin with its mechanisms.
-        fit: how it came out.
-        mechanism: None is returned for what is no law.
-        size: its RMS modal force.
-    """
-    if not isinstance(mechanism, Law) or size is None:
-        return None
-    left = _left_at(hypothesis.port_of(mechanism.place), hypothesis, fit, [(mechanism, size)])
-    return float(left / np.hypot(left, size)) if left or size else None
-
-
-def _left_at(
-    port: str, hypothesis: Hypothesis, fit: Fit, sizes: Sequence[tuple[Mechanism, float | None]]
-) -> float:
-    """Return the RMS modal force by which the discrepancy at a port varies within a recording.
-
-    Args:
-        port: where laws stand.
-        hypothesis: the twin with its mechanisms.
-        fit: how it came out.
-        sizes: RMS modal forces of mechanisms; of laws that act at times there, a share is left.
-    """
-    if port in hypothesis.ports:
-        row = hypothesis.problem.model.port(port)
-        return _varying(port, fit, hypothesis.problem) * float(np.linalg.norm(row))
-    there = [size or 0.0 for law, size in sizes
-             if isinstance(law, Law) and hypothesis.port_of(law.place) == port]  # fmt: skip
-    return fit.values[f"discrepancy {port} share"] * float(np.linalg.norm(there))
-
-
-def _varying(port: str, fit: Fit, problem: Problem) -> float:
-    """Return the RMS by which the latent force at a port varies within the longest recording.
-
-    One that is slower than that is a force that stays: a structure at rest between jaws that grip
-    it knows one, and no motion does. Of first-order noise with the corner w, over a time T = x/w,
-    the variance about the mean is 1 - 2/x + 2 (1 - e^-x)/x^2 of the whole (Papoulis 1991, ch. 13).
-    """
-    longest = max(len(r.y) for r in problem.recordings) * problem.step_s
-    x = 2 * np.pi * fit.values[f"discrepancy {port} frequency"] * longest
-    # the series begins with x/3; the difference of the exact terms would be rounding
-    varies = 1 - 2 / x - 2 * np.expm1(-x) / x**2 if x > 1e-3 else x / 3
-    return float(fit.values[f"discrepancy {port}"] * np.sqrt(varies))
 
 
 def _scatter(problem: Problem, change: StructuralChange, beside: Sequence[Predictor]) -> float:

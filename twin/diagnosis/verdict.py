@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from twin.diagnosis.dropping import lost
 from twin.diagnosis.explanation import Explanation
+from twin.diagnosis.left import law_whose_form, left_share
 from twin.diagnosis.predict import Predictor
 from twin.diagnosis.read_off import ReadOff
 from twin.diagnosis.result import Finding, Verdict
 from twin.diagnosis.search import Found
-from twin.diagnosis.sizes import forces, left_share, negligible
+from twin.diagnosis.sizes import forces, negligible
 from twin.mechanisms import vocabulary
 from twin.mechanisms.mechanism import Disturbance, Mechanism
 
@@ -69,17 +70,19 @@ def judge(found: Found, beside: Sequence[Predictor], faults: Sequence[ReadOff] =
     for index, mechanism in enumerate(best.hypothesis.at(best.fit.z)):
         rivals, loss = _rivals(best, everything, index)
         finding = _finding(best, index, mechanism, 0.0, 0.0)
-        own = left_share(best.hypothesis, best.fit, mechanism, sizes[index])
+        own = left_share(best.hypothesis, best.fit, index, sizes)
         finding = replace(finding, explained=None if own is None else 1 - own, unexplained=own)
         finding = replace(finding, gain=loss if loss else None)
-        judged.append((loss, small[index], finding, rivals))
+        law = law_whose_form(best.hypothesis, best.fit.z, sizes, index)
+        judged.append((loss, small[index], finding, rivals, law))
     judged.sort(key=lambda entry: -entry[0])
-    findings, trifles, alternatives = [], [], []
-    for loss, trifling, finding, rivals in judged:
+    findings, trifles, notes, alternatives = [], [], [], []
+    for loss, trifling, finding, rivals, law in judged:
         chances = _chances([0.0, *(delta for _, delta in rivals)])
         here = replace(finding, probability=chances[0])
         if trifling:
             trifles.append(here)
+            notes.append(_trifle(here, None if law is None else best.hypothesis.mechanisms[law]))
             continue
         findings.append(here)
         for (rival, delta), chance in zip(rivals, chances[1:], strict=True):
@@ -91,14 +94,23 @@ def judge(found: Found, beside: Sequence[Predictor], faults: Sequence[ReadOff] =
                 alternatives.append(replace(entry, gain=gain))
     findings = _with_read_off(findings, _read_off(faults, best))
     alternatives.sort(key=lambda f: (-f.probability, -f.delta_log_evidence))
-    notes = tuple(
-        f"{f.mechanism.name} at {f.location} is negligible: smaller than what is left unexplained"
-        for f in trifles
-    )
     return Judgement(
         _verdict(findings), tuple(findings), tuple(alternatives), tuple(trifles),
-        notes + _felt_alike(findings, alternatives),
+        (*notes, *_felt_alike(findings, alternatives)),
     )  # fmt: skip
+
+
+def _trifle(finding: Finding, law: Mechanism | None) -> str:
+    """Say why a mechanism is no finding.
+
+    Args:
+        finding: the mechanism.
+        law: whose form it stands for, if it does.
+    """
+    name = f"{finding.mechanism.name} at {finding.location}"
+    if law is None:
+        return f"{name} is negligible: smaller than what is left unexplained"
+    return f"{name} stands for what {law.name} at {law.place} leaves of the force there"
 
 
 def _read_off(faults: Sequence[ReadOff], best: Explanation) -> list[Finding]:

@@ -84,10 +84,7 @@ class UnmeasuredForce(Disturbance):
         """Return the filter that makes the force from white noise of unit intensity."""
         f, width, rms_ = self.oscillator()
         if not self.edged:
-            a, square = 2 * np.pi * width, (2 * np.pi * f) ** 2
-            # the stationary variance of s is q / (2 a w^2)
-            drive = np.array([0.0, rms_ * np.sqrt(2 * a * square)])
-            return np.array([[0.0, 1.0], [-square, -a]]), drive, np.array([1.0, 0.0])
+            return oscillator_shaping(f, width, rms_)
         A, b, c = _band(max(f - width / 2, 0.1 * f), f + width / 2)
         P = solve_continuous_lyapunov(A, -np.outer(b, b))
         return A, b * rms_ / np.sqrt(c @ P @ c), c
@@ -124,6 +121,20 @@ class UnmeasuredForce(Disturbance):
         edged = (cls(place, scale, float(f), EDGED * float(f), 1.0) for f in around.peaks[:2])
         broad = (cls(place, scale, middle, 2 * middle, edges) for edges in (0.0, 1.0))
         return (*broad, *narrow, *edged)
+
+
+def oscillator_shaping(frequency: float, width: float, size: float) -> tuple[Array, Array, Array]:
+    """Return block (2, 2), drive (2,) and shape (2,) of s'' + 2 pi b s' + (2 pi f)^2 s = noise.
+
+    Args:
+        frequency: f [Hz].
+        width: b [Hz].
+        size: RMS of s.
+    """
+    a, square = 2 * np.pi * width, (2 * np.pi * frequency) ** 2
+    # the stationary variance of s is q / (2 a w^2)
+    drive = np.array([0.0, size * np.sqrt(2 * a * square)])
+    return np.array([[0.0, 1.0], [-square, -a]]), drive, np.array([1.0, 0.0])
 
 
 def _is_base(place: str) -> bool:

@@ -1,0 +1,108 @@
+"""What laws leave at their ports: to the discrepancy, and to forces that stand for their form.
+
+A further mechanism must be more than that to be a finding.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.problem import Problem
+from twin.estimation.fit import Fit
+from twin.mechanisms.mechanism import Law, Mechanism
+from twin.mechanisms.unmeasured_force import UnmeasuredForce
+
+Array = NDArray[np.float64]
+
+
+def greatest_law(
+    hypothesis: Hypothesis, mechanisms: Sequence[Mechanism], sizes: Sequence[float | None],
+    port: str | None,
+) -> int | None:  # fmt: skip
+    """Return the index of the greatest law at a port where a discrepancy stands."""
+    laws = [i for i, m in enumerate(mechanisms)
+            if isinstance(m, Law) and hypothesis.port_of(m.place) == port]  # fmt: skip
+    return max(laws, key=lambda i: sizes[i] or 0.0, default=None)
+
+
+def law_whose_form(
+    hypothesis: Hypothesis, z: Array, sizes: Sequence[float | None], index: int
+) -> int | None:
+    """Return the index of the law whose form a force that nobody measured stands for, if for one's.
+
+    A latent force at a law's port is what that law leaves there, whatever its spectrum: the
+    discrepancy has one band, and laws may leave several. It is another force where it is greater
+    than the law, or narrower than every resonance, for what laws leave goes with the motion.
+
+    Args:
+        hypothesis: the twin with its mechanisms.
+        z: values of its unknowns, (p,).
+        sizes: RMS modal forces of the mechanisms (``forces``).
+        index: of the force; None is returned for what is none.
+    """
+    mechanisms, model = hypothesis.at(z), hypothesis.problem.model
+    force, size = mechanisms[index], sizes[index]
+    if not isinstance(force, UnmeasuredForce) or size is None or force.place not in model.ports:
+        return None
+    law = greatest_law(hypothesis, mechanisms, sizes, hypothesis.port_of(force.place))
+    base = hypothesis.problem.base(z[: len(hypothesis.problem.base_unknowns)])
+    narrowest = float(np.min(np.diag(base.R) / np.diag(base.M))) / (2 * np.pi)
+    if law is None or size > (sizes[law] or 0.0) or force.oscillator()[1] < narrowest:
+        return None
+    return law
+
+
+def left_share(
+    hypothesis: Hypothesis, fit: Fit, index: int, sizes: Sequence[float | None]
+) -> float | None:
+    """Return the share of the missing force that is left without a name at a law's port.
+
+    To the discrepancy there, and to forces that stand for the law's form.
+
+    Args:
+        hypothesis: the twin with its mechanisms.
+        fit: how it came out.
+        index: of the law; None is returned for what is none.
+        sizes: RMS modal forces of the mechanisms (``forces``).
+    """
+    mechanism, size = hypothesis.mechanisms[index], sizes[index]
+    if not isinstance(mechanism, Law) or size is None:
+        return None
+    left = left_at(hypothesis.port_of(mechanism.place), hypothesis, fit, [(mechanism, size)])
+    beside = (other or 0.0 for i, other in enumerate(sizes)
+              if law_whose_form(hypothesis, fit.z, sizes, i) == index)  # fmt: skip
+    left = float(np.linalg.norm([left, *beside]))
+    return float(left / np.hypot(left, size)) if left or size else None
+
+
+def left_at(
+    port: str, hypothesis: Hypothesis, fit: Fit, sizes: Sequence[tuple[Mechanism, float | None]]
+) -> float:
+    """Return the RMS modal force by which the discrepancy at a port varies within a recording.
+
+    Args:
+        port: where laws stand.
+        hypothesis: the twin with its mechanisms.
+        fit: how it came out.
+        sizes: RMS modal forces of mechanisms; of laws that act at times there, a share is left.
+    """
+    if port in hypothesis.ports:
+        row = hypothesis.problem.model.port(port)
+        latent = {one.place: one for one in hypothesis.latent(fit.z)}[port]
+        return latent.varying(_longest_s(hypothesis.problem)) * float(np.linalg.norm(row))
+    there = [size or 0.0 for law, size in sizes
+             if isinstance(law, Law) and hypothesis.port_of(law.place) == port]  # fmt: skip
+    return fit.values[f"discrepancy {port} share"] * float(np.linalg.norm(there))
+
+
+def _longest_s(problem: Problem) -> float:
+    """Return how long the longest recording is [s].
+
+    A discrepancy that is slower is a force that stays: a structure at rest between jaws that grip
+    it knows one, and no motion does.
+    """
+    return max(len(r.y) for r in problem.recordings) * problem.step_s
