@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from diagnosis_support import lumped, recorded
+from diagnosis_support import RATE, lumped, recorded, rng, tones
 from scipy.linalg import expm, solve_continuous_lyapunov
 
-from twin.diagnosis.beginning import start_of
+from twin.diagnosis.beginning import moved_to, start_of
 from twin.diagnosis.by_simulation import with_noise
 from twin.diagnosis.candidates import priors_of
 from twin.diagnosis.discrepancy import Discrepancy
@@ -15,12 +15,13 @@ from twin.diagnosis.left import law_whose_form, left_share
 from twin.diagnosis.prepare import prepare
 from twin.diagnosis.scales import Scales
 from twin.diagnosis.sizes import negligible
-from twin.estimation.fit import Fit
+from twin.estimation.fit import Fit, fit
 from twin.estimation.start import root_of
 from twin.mechanisms.bumper import Bumper
 from twin.mechanisms.clearance import Clearance
 from twin.mechanisms.cubic_stiffness import CubicStiffness
 from twin.mechanisms.unmeasured_force import UnmeasuredForce
+from twin.recording import Recording
 
 SCALES = Scales({"storey1": (0.1, 1e-3, 0.02), "storey2": (0.1, 1e-3, 0.02)})
 
@@ -140,12 +141,6 @@ def test_a_discrepancy_that_does_not_change_within_a_recording_does_not_vary():
         assert Discrepancy("storey2", 0.7, 1e-7, bandwidth).varying(4.0) < 1e-2 * 0.7
 
 
-def latent_beside(problem, law, force):
-    """The law with that force, and sizes: forces' RMS times their ports' length."""
-    h = Hypothesis(problem, (law, force), (priors_of((law,)), priors_of((force,))), SCALES)
-    return h, start_of(h)
-
-
 @pytest.mark.parametrize(
     ("place", "size", "bandwidth", "stands"),
     [
@@ -158,7 +153,7 @@ def latent_beside(problem, law, force):
 def test_a_latent_force_at_a_laws_port_is_what_the_law_leaves(place, size, bandwidth, stands):
     problem = hypothesis(lumped()).problem
     law, force = CubicStiffness("storey1", 1e5), UnmeasuredForce(place, 0.1, 3.0, bandwidth)
-    h, z = latent_beside(problem, law, force)
+    h, z = beside(problem, law, force)
     found, sizes = as_fitted(h, z), [1.0, size]
     assert law_whose_form(h, z, sizes, 1) == (0 if stands else None)
     assert law_whose_form(h, z, sizes, 0) is None
@@ -168,3 +163,39 @@ def test_a_latent_force_at_a_laws_port_is_what_the_law_leaves(place, size, bandw
     assert left_share(h, found, 0, sizes) == pytest.approx(
         both / np.hypot(1.0, both) if stands else alone
     )
+
+
+def test_a_force_at_the_port_of_a_stop_is_another_force():
+    """The stop errs only while it acts."""
+    problem = hypothesis(lumped()).problem
+    force = UnmeasuredForce("floor1", 0.1, 3.0, 2.0)
+    h, z = beside(problem, Bumper("storey1", 500.0, 5e-4), force)
+    assert law_whose_form(h, z, [1.0, 0.5], 1) is None
+
+
+def pushed_beside(twin, force, seed, seconds=16.0, noise=2e-3):
+    """A recording of a twin beside a force that nobody measured."""
+    fine, samples = 8, round(seconds * RATE)
+    known = tones(samples * fine, RATE * fine, seed, 0.3)
+    draw = rng(seed)
+    unknown = force.realisation(samples * fine, RATE * fine, draw)
+    columns = {"force_floor2": known, f"force_{force.place}": unknown}
+    moved = twin.simulate(columns, RATE * fine, samples * fine).columns
+    read = {name: moved[name][::fine] + noise * draw.standard_normal(samples)
+            for name in ("acc_floor1", "acc_floor2")}  # fmt: skip
+    return Recording.build(RATE, {"force_floor2": known[::fine], **read}, f"seed{seed}.csv")
+
+
+def test_beside_a_law_a_smooth_force_at_its_port_is_no_further_mechanism():
+    """The discrepancy is that very process."""
+    law, force = CubicStiffness("storey1", 4e6), UnmeasuredForce("floor1", 0.05, 4.0, 8.0)
+    there = lumped(law)
+    train = [pushed_beside(there, force, seed) for seed in (1, 2)]
+    problem = prepare(lumped(), train, [pushed_beside(there, force, 3)]).train
+    alone, z = beside(problem, law)
+    left = fit(alone, z)
+    told = [left.values[f"discrepancy storey1{name}"] for name in ("", " frequency", " bandwidth")]
+    assert told == pytest.approx([0.05, 4.0, 8.0], rel=0.1)
+    both, z = beside(problem, law, force)
+    further = fit(both, moved_to(both, alone, left.z, force))
+    assert further.log_evidence < left.log_evidence + 3.0

@@ -36,7 +36,8 @@ def law_whose_form(
 
     A latent force at a law's port is what that law leaves there, whatever its spectrum: the
     discrepancy has one band, and laws may leave several. It is another force where it is greater
-    than the law, or narrower than every resonance, for what laws leave goes with the motion.
+    than the law, or narrower than every resonance, for what laws leave goes with the motion; and at
+    the port of a stop, which errs only while it acts.
 
     Args:
         hypothesis: the twin with its mechanisms.
@@ -48,7 +49,8 @@ def law_whose_form(
     force, size = mechanisms[index], sizes[index]
     if not isinstance(force, UnmeasuredForce) or size is None or force.place not in model.ports:
         return None
-    law = greatest_law(hypothesis, mechanisms, sizes, hypothesis.port_of(force.place))
+    port = hypothesis.port_of(force.place)
+    law = greatest_law(hypothesis, mechanisms, sizes, port) if port in hypothesis.ports else None
     base = hypothesis.problem.base(z[: len(hypothesis.problem.base_unknowns)])
     narrowest = float(np.min(np.diag(base.R) / np.diag(base.M))) / (2 * np.pi)
     if law is None or size > (sizes[law] or 0.0) or force.oscillator()[1] < narrowest:

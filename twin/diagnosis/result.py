@@ -29,7 +29,8 @@ class Finding:
         probability: that it is this mechanism at this place and not one of the alternatives.
         delta_log_evidence: log odds over the best explanation [nat] (alternatives only).
         explained, unexplained: share of the missing force at its place that it accounts for, and
-            that is left to the discrepancy there; None where no force is missing.
+            that is left to the discrepancy there and to forces that stand for the law's form; None
+            where no force is missing.
         gain: log odds over having nothing in its place [nat], where they are known.
     """
 
