@@ -139,6 +139,8 @@ def fit(
         raise ValueError("the model runs away where the fit begins")
     score = here.log_likelihood - 0.5 * float(z @ z)
     damping = 0.0
+    # values that were measured, each of which is off by a nat there
+    measured = sum(trial.y.size for trial in here.trials) or np.inf
     gains: tuple[float, ...] = ()
     again = not any(run.averages.start is not None for run in here.runs)
     # a short fit is over before what it began with leads far astray
@@ -159,7 +161,8 @@ def fit(
             here, score = found, score + gained
             gains = (*gains[1 - PATIENCE :], max(score - best[1], 0.0))
             best = (here, score, z) if score > best[1] else best
-            tired = len(gains) == PATIENCE and sum(gains) < max(patience, enough)
+            lost = promise > measured  # nothing near is likely, and the averages follow from afar
+            tired = len(gains) == PATIENCE and sum(gains) < max(patience, enough) and not lost
             settled = tired or (abs(gained) < enough and damping == 0.0)
         if settled:
             code = "converged"
