@@ -13,8 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import expm, solve_continuous_lyapunov
+from scipy.linalg import expm
 
+from twin.diagnosis.plant_states import stationary
 from twin.diagnosis.scales import TINY
 from twin.estimation.model import Unknown
 from twin.mechanisms.mechanism import Law
@@ -95,7 +96,7 @@ class Discrepancy:
         """
         block, drive, shape = self.shaping()
         k = len(block)
-        start = solve_continuous_lyapunov(block, -np.outer(drive, drive))
+        start = stationary(block, drive)
         # the top right of the exponential is int_0^1 (1 - x) exp(A T x) dx (Van Loan 1978)
         upper = np.eye(3 * k, k=k)
         upper[:k, :k] = block * longest_s

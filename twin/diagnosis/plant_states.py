@@ -70,7 +70,7 @@ def driven(plant: Plant, shaped: Sequence[Shaped]) -> Plant:
         A[:n, own], C[:, own] = one.force * one.shape, one.read * one.shape
         A[own, own], G[own, column] = one.block, one.drive
         first, at = at, at + len(one.block)
-        start[first:at, first:at] = _stationary(one.block, one.drive)
+        start[first:at, first:at] = stationary(one.block, one.drive)
     grown = replace(grown, G=np.hstack([grown.G, G]))
     return replace(plant, system=grown, start=_beside(plant.start, start))
 
@@ -83,7 +83,7 @@ def _beside(first: Array, second: Array) -> Array:
     return out
 
 
-def _stationary(block: Array, drive: Array) -> Array:
+def stationary(block: Array, drive: Array) -> Array:
     """Return the covariance of x' = block x + drive w, with white noise w, (k, k)."""
     if len(block) == 1:
         return -0.5 * np.outer(drive, drive) / block

@@ -86,6 +86,9 @@ def negligible(
     within = [_calibrated(m, model, beside) for m in mechanisms]
     out = []
     for index, (mechanism, size) in enumerate(zip(mechanisms, sizes, strict=True)):
+        if law_whose_form(hypothesis, fit.z, sizes, index) is not None:
+            out.append(True)
+            continue
         left = max(inexact(mechanisms, sizes, index, known), of_known(problem, mechanism, known))
         own = hypothesis.port_of(mechanism.place) if isinstance(mechanism, Law) else None
         greatest = greatest_law(hypothesis, mechanisms, sizes, own)
@@ -94,9 +97,6 @@ def negligible(
                 left = max(left, left_at(port, hypothesis, fit, acting))
         if isinstance(mechanism, StructuralChange) and mechanism.verdict == "parameter":
             left = max(left, _scatter(problem, mechanism, beside))
-        if law_whose_form(hypothesis, fit.z, sizes, index) is not None:
-            out.append(True)
-            continue
         beyond = [not w for i, w in enumerate(within) if i != index]
         if within[index] and (known or shown or any(beyond)):
             out.append(True)
