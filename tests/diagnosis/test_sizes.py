@@ -12,7 +12,9 @@ from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.left import left_share
 from twin.diagnosis.predict import predictors
 from twin.diagnosis.prepare import prepare
-from twin.diagnosis.sizes import forces, negligible, of_known
+from twin.diagnosis.pushes import pushes
+from twin.diagnosis.readings import read_of, read_of_disturbance
+from twin.diagnosis.sizes import SPECTRUM_SHARE, forces, negligible, of_known
 from twin.estimation.fit import fit
 from twin.mechanisms.appendage import Appendage
 from twin.mechanisms.coulomb_friction import CoulombFriction
@@ -157,13 +159,43 @@ def test_an_error_added_to_a_channel_is_measured_by_its_reading(problem):
         assert is_negligible(h, found) == [False, small]
 
 
+def read(problem, *mechanisms):
+    """Return the RMS that outputs read of every mechanism, (mechanisms, outputs)."""
+    h = hypothesis(problem, *mechanisms)
+    z = np.zeros(len(h.unknowns))
+    beside = predictors(h, z)
+    lengths = [len(s.trial.y) for s in beside]
+    found = []
+    for m, push in zip(mechanisms, pushes(h, z, beside), strict=True):
+        if isinstance(m, UnmeasuredForce):
+            found.append(read_of_disturbance(m, lengths, problem.model, problem.step_s))
+        else:
+            parts = np.split(push, np.cumsum(lengths)[:-1])
+            found.append(read_of(parts, problem.model, problem.step_s))
+    return np.array(found)
+
+
 def test_beside_an_unmeasured_force_what_its_spectrum_may_hide_is_negligible(problem):
     force = UnmeasuredForce("floor1", 0.02, 7.0, 5.0)
-    size, spring = sizes(problem, force, Stiffness("storey2", 1.0))
+    of_force, of_spring = read(problem, force, Stiffness("storey2", 1.0))
     for share, small in ((0.3, True), (0.6, False)):
-        h = hypothesis(problem, force, Stiffness("storey2", share * size / spring))
+        # more of it than the share is read by no output, or by the one that sees most of it
+        h = hypothesis(problem, force, Stiffness("storey2", share / np.max(of_spring / of_force)))
         found = fit(h, most=1, free=np.zeros(len(h.unknowns), bool))
         assert is_negligible(h, found) == [False, small]
+
+
+def test_a_great_force_that_outputs_hardly_read_hides_no_small_one_that_they_do(problem):
+    natural = np.sqrt(np.diag(problem.model.K) / np.diag(problem.model.M)) / (2 * np.pi)
+    shaken = UnmeasuredForce("ground", 0.04, 6 * np.max(natural), 1.0)
+    pushed = UnmeasuredForce("floor1", 0.01, np.max(natural), 1.0)
+    great, small = sizes(problem, shaken, pushed)
+    assert small < SPECTRUM_SHARE * great
+    of_great, of_small = read(problem, shaken, pushed)
+    assert np.all(of_great < SPECTRUM_SHARE * of_small)
+    h = hypothesis(problem, shaken, pushed)
+    found = fit(h, most=1, free=np.zeros(len(h.unknowns), bool))
+    assert is_negligible(h, found) == [True, False]
 
 
 def test_a_channel_that_sees_a_law_jump_is_no_better_than_its_discrepancy(problem):

@@ -114,12 +114,6 @@ def unexplained_in(mechanisms: Sequence[Mechanism]) -> dict[str, float]:
     return {m.place: m.values["rms"] for m in latent}
 
 
-def read(push: Array, model: LinearModel) -> Array:
-    """Return the RMS that outputs read of modal forces at once, the motion as it is, (m,)."""
-    forces = push[:, : len(model.coordinates)]
-    return rms(forces @ np.linalg.solve(model.M, model.Ca.T))
-
-
 def rms(values: Array) -> Array:
     """Return the root of the mean square of each column."""
     return np.asarray(np.sqrt(np.mean(values**2, axis=0)))

@@ -4,14 +4,16 @@ The size of what acts on the structure is the RMS of its modal force |p f|, that
 fault the RMS of what it changes in its channel. No law is exact: beside one, what is smaller than
 the discrepancy, or than the share of the laws' own forces that a discrepancy is expected to have,
 is nobody's finding, however much evidence many samples make of it. The spectrum of an unmeasured
-force is known much less well than a law, and so is that of what no name explains in a channel.
+force is known much less well than a law, and so is that of what no name explains in a channel: of
+what outputs read of them, a share may hide what they read less of.
 Beside any of them, or a fault that is greater, an instrument that is within its calibration is not
 told from their form; by itself it is.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +23,8 @@ from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.left import greatest_law, law_whose_form, left_at
 from twin.diagnosis.predict import Predictor
 from twin.diagnosis.problem import Problem
-from twin.diagnosis.pushes import altered, push_of, pushes, read, rms, unexplained_in
+from twin.diagnosis.pushes import altered, edits, push_of, pushes, rms, unexplained_in
+from twin.diagnosis.readings import read_of, read_of_disturbance
 from twin.diagnosis.scales import ROUNDING
 from twin.estimation.fit import Fit
 from twin.mechanisms.mechanism import ChannelFault, Disturbance, Law, Mechanism, StructuralChange
@@ -34,8 +37,8 @@ CALIBRATED = 0.005
 it by less is no fault beside something else."""
 
 SPECTRUM_SHARE = float(np.sqrt(2) - 1)
-"""Share by which an unmeasured force, or what no name explains in a channel, is inexact: 3 dB, by
-which a resonance's spectrum is off another smooth one in its own band."""
+"""Share of its reading by which an unmeasured force, or what no name explains in a channel, is
+inexact: 3 dB, by which a resonance's spectrum is off another smooth one in its own band."""
 
 
 def forces(hypothesis: Hypothesis, z: Array, beside: Sequence[Predictor]) -> list[float | None]:
@@ -81,8 +84,7 @@ def negligible(
     known = known_forces(hypothesis, fit.z, beside)
     of_model = [m for m in problem.known if isinstance(m, Law)]
     acting = [*zip(mechanisms, sizes, strict=True), *zip(of_model, known, strict=True)]
-    latent = unexplained_in(mechanisms)
-    heard = pushes(hypothesis, fit.z, beside) if latent else [None] * len(mechanisms)
+    hidden = _Hidden.beside(hypothesis, fit.z, beside)
     within = [_calibrated(m, model, beside) for m in mechanisms]
     out = []
     for index, (mechanism, size) in enumerate(zip(mechanisms, sizes, strict=True)):
@@ -101,9 +103,7 @@ def negligible(
         if within[index] and (known or shown or any(beyond)):
             out.append(True)
         elif size is not None:
-            push, acts = heard[index], not isinstance(mechanism, ChannelFault)
-            lost = acts and push is not None and _unheard(push, model, latent)
-            out.append(0.0 < size < left or lost)
+            out.append(0.0 < size < left or hidden.hides(index))
         elif isinstance(mechanism, ChannelFault):
             smeared = [n for n in mechanism.channels if n in hypothesis.smeared]
             seen = [max(fit.values[f"discrepancy {n}"], DISCREPANCY_SHARE * problem.readings[n])
@@ -115,17 +115,54 @@ def negligible(
     return out
 
 
-def _unheard(push: Array, model: LinearModel, latent: Mapping[str, float]) -> bool:
-    """Return whether outputs read less of modal forces than what no name explains is inexact by.
+@dataclass(frozen=True)
+class _Hidden:
+    """What outputs read of mechanisms, beside that of disturbances and of what no name explains.
 
-    Args:
-        push: the forces, (samples, n).
-        model: whose outputs they are.
-        latent: RMS of what no name explains, by channel; there is none in others.
+    Attributes:
+        read: RMS that outputs read of each mechanism, (m,); None of what changes an output only.
+        disturbing: which mechanisms are disturbances.
+        latent: RMS of what no name explains, (m,).
+        faults: which mechanisms are faults of instruments, that such errors hide nothing of.
     """
-    seen = read(push, model)
-    inexact_by = SPECTRUM_SHARE * np.array([latent.get(n, 0.0) for n in model.outputs])
-    return bool(np.all((seen < inexact_by) | (seen <= ROUNDING * np.max(seen))))
+
+    read: list[Array | None]
+    disturbing: list[bool]
+    latent: Array
+    faults: list[bool]
+
+    @classmethod
+    def beside(cls, hypothesis: Hypothesis, z: Array, beside: Sequence[Predictor]) -> _Hidden:
+        """Return it for a hypothesis at certain values."""
+        mechanisms, model = hypothesis.at(z), edits(hypothesis, z)[1][0]
+        unexplained = unexplained_in(mechanisms)
+        latent = np.array([unexplained.get(name, 0.0) for name in model.outputs])
+        disturbing = [isinstance(m, Disturbance) for m in mechanisms]
+        faults = [isinstance(m, ChannelFault) for m in mechanisms]
+        read: list[Array | None] = [None] * len(mechanisms)
+        if unexplained or any(disturbing):
+            h, n = hypothesis.problem.step_s, len(model.coordinates)
+            lengths = [len(s.trial.y) for s in beside]
+            for i, (m, push) in enumerate(
+                zip(mechanisms, pushes(hypothesis, z, beside), strict=True)
+            ):
+                if isinstance(m, Disturbance):
+                    read[i] = read_of_disturbance(m, lengths, model, h)
+                elif push is not None:
+                    forces = np.split(push[:, :n], np.cumsum(lengths)[:-1])
+                    read[i] = read_of(forces, model, h)
+        return cls(read, disturbing, latent, faults)
+
+    def hides(self, index: int) -> bool:
+        """Return whether what a mechanism's outputs read of it may be the others' spectrum."""
+        seen = self.read[index]
+        if seen is None:
+            return False
+        others = [r for i, (r, d) in enumerate(zip(self.read, self.disturbing, strict=True))
+                  if d and i != index and r is not None]  # fmt: skip
+        latent = 0.0 * self.latent if self.faults[index] else self.latent
+        inexact_by = SPECTRUM_SHARE * np.linalg.norm([latent, *others], axis=0)
+        return bool(np.all((seen < inexact_by) | (seen <= ROUNDING * np.max(seen))))
 
 
 def _scatter(problem: Problem, change: StructuralChange, beside: Sequence[Predictor]) -> float:
@@ -149,9 +186,9 @@ def inexact(
     index: int,
     known: Sequence[float] = (),
 ) -> float:
-    """Return the RMS modal force by which laws and disturbances besides one are likely inexact.
+    """Return the RMS modal force by which laws besides one are likely inexact.
 
-    No law has quite the form that it is given, and no disturbance quite the spectrum.
+    No law has quite the form that it is given.
 
     Args:
         mechanisms: of the hypothesis.
@@ -159,11 +196,9 @@ def inexact(
         index: the one.
         known: RMS modal forces of the laws that the model itself holds.
     """
-    left = [
-        (SPECTRUM_SHARE if isinstance(m, Disturbance) else DISCREPANCY_SHARE) * (s or 0.0)
-        for i, (s, m) in enumerate(zip(sizes, mechanisms, strict=True))
-        if i != index and isinstance(m, Law | Disturbance)
-    ]
+    left = [DISCREPANCY_SHARE * (s or 0.0)
+            for i, (s, m) in enumerate(zip(sizes, mechanisms, strict=True))
+            if i != index and isinstance(m, Law)]  # fmt: skip
     left += [DISCREPANCY_SHARE * s for s in known]
     return float(np.linalg.norm(left))
 
