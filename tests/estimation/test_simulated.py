@@ -235,3 +235,23 @@ def test_where_a_simulation_begins_and_what_its_deviations_meet_follow_one_anoth
     monkeypatch.setattr(averages, "ROUNDS", 1)
     once = evaluate(of, z, derivatives=False)
     assert found.log_likelihood > once.log_likelihood + 5.0
+
+
+def test_from_one_dashpot_values_nearby_go_on_to_its_neighbour_until_the_likeliest():
+    of = replace(model(LowPass(1.0)), trials=(recorded(0.5, 0.02),))
+    z = truth(of)
+    z[[u.name for u in of.unknowns].index("input noise 0")] += np.log(0.02 / 2e-3)
+    best = evaluate(of, z, derivatives=False)
+    (wanted,) = best.averages
+    at = averages.SHARES.index(wanted.share)
+    assert at > 0
+    near = [replace(wanted, share=0.0, slopes=0 * wanted.slopes)]
+    shares, last = [], -np.inf
+    for _ in range(at + 1):
+        found = evaluate(of, z, derivatives=False, near=near)
+        near, (one,) = found.averages, found.averages
+        assert found.log_likelihood >= last
+        shares, last = [*shares, averages.SHARES.index(one.share)], found.log_likelihood
+    assert shares[0] == 1  # one further at a time
+    assert np.all(np.diff(shares) <= 1)
+    assert found.log_likelihood == pytest.approx(best.log_likelihood, abs=1.0)

@@ -13,7 +13,7 @@ from twin.estimation.law_averages import LawAverages
 from twin.estimation.likelihood import evaluate
 from twin.estimation.passing import run
 from twin.estimation.sensitivities import plants_of
-from twin.estimation.start import _climbed, estimated_start
+from twin.estimation.start import _climbed, _root_of_uncertain, estimated_start
 
 PORTS = ((1.0, 0.0),)
 
@@ -85,3 +85,10 @@ def test_of_laws_that_all_but_run_away_nothing_tells_for_a_state():
     state, odds, _ = _climbed(passed, np.eye(2), 5, None, 0.01)
     assert np.array_equal(state, np.zeros(2))
     assert odds == -np.inf
+
+
+def test_states_that_are_known_have_no_directions():
+    states = np.array([[2.0, 0.0, 0.5], [0.0, 0.0, 0.0], [0.5, 0.0, 1.0]])
+    root = _root_of_uncertain(states)
+    assert root.shape == (3, 2)
+    assert root @ root.T == pytest.approx(states)

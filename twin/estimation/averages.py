@@ -30,9 +30,10 @@ from twin.estimation.unknown_forces import unknown_forces
 
 Array = NDArray[np.float64]
 
-SHARES = (0.1, 0.3, 1.0, 10.0, 100.0)
+SHARES = (0.0, 0.1, 0.3, 1.0, 10.0, 100.0)
 """Of the dashpot that a law is on the average of a motion, what it may be for small deviations from
-it, beside none: little where friction slides, any where it holds."""
+it: none, little where friction slides, any where it holds. Where one is known nearby its neighbours
+are tried."""
 
 ROUNDS = 10
 """Gauss-Newton steps at most to the state that a simulation begins with, each followed by another
@@ -188,14 +189,23 @@ def _holding(
     v = there.x @ plant.system.rate.T
     work = np.maximum(np.sum(there.f * v, axis=0), 0.0)
     dashpots = work / np.maximum(np.sum(v**2, axis=0), 1e-300)
-    options = (None, *(np.outer(dashpots * share, (0.0, 1.0)) for share in SHARES))
-    tried = [replace(averages, start=start, start_odds=odds, slopes=slopes) for slopes in options]
+    begun = replace(averages, start=start, start_odds=odds)
+    tried = [replace(begun, share=share, slopes=np.outer(dashpots * share, (0.0, 1.0)))
+             for share in _shares(near)]  # fmt: skip
     scored = [likelihood(of, there) for of in tried]
     if near.start is not None:
         kept = replace(near, blur=blur)
         there = simulation(near.start) if known is None else there
         scored.append(likelihood(kept, there) if known is None else (known, kept))
     return max(scored, key=lambda pair: pair[0])
+
+
+def _shares(near: LawAverages) -> tuple[float, ...]:
+    """Return the shares of dashpots to try beside what was found nearby, all where nothing was."""
+    if near.start is None:
+        return SHARES
+    at = SHARES.index(near.share)
+    return SHARES[max(at - 1, 0) : at + 2]
 
 
 def _ringing(model: Model, here: Assembly, system: System, trial: Trial) -> Array:

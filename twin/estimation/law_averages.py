@@ -23,6 +23,7 @@ class LawAverages:
         blur: variances of the outputs beside their noise's, (samples, m).
         slopes: k and c of each law's k d + c v, (l, 2); none where they are not known. Where laws
             are simulated, of deviations from the simulation.
+        share: of the laws' own dashpots that these are, where laws are simulated.
         start: state that laws are simulated from, or follow the motion from, (n,); any without.
         start_odds: what such a start adds to the log likelihood of what follows [nat].
         kicks: by sample, how much less certain blows, of hammers or at stops, leave the state
@@ -34,6 +35,7 @@ class LawAverages:
     equivalent: EquivalentLinear | None = None
     blur: Array | None = None
     slopes: Array | None = None
+    share: float = 0.0
     start: Array | None = None
     start_odds: float = 0.0
     kicks: Mapping[int, Array] = field(default_factory=dict)

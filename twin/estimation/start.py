@@ -28,8 +28,8 @@ from twin.estimation.system import Noise, Sampled
 
 Array = NDArray[np.float64]
 Passed = Callable[[Array, bool], tuple[float, Array, Array]]
-"""passed(s, sloped): half the sum of squares after a state s in deviations of the prior, (n,), and,
-where it is sloped, its gradient (n,) and curvature (n, n)."""
+"""passed(s, sloped): half the sum of squares after a state s in deviations of the prior, (k,), and,
+where it is sloped, its gradient (k,) and curvature (k, k)."""
 
 BEGINNING, FEWEST = 1024, 64
 """Samples that tell of the state before the first one: ten time constants of a mode with 1 % of
@@ -71,7 +71,7 @@ def estimated_start(
         steps: passes at most.
         near: a state that it is near to, (n,); found from few samples on without.
     """
-    root = root_of(noise.start)
+    root = _root_of_uncertain(noise.start)
     beside = partial(_beside, here, trial, plant, noise, averages, root)
     if near is not None:
         return _climbed(beside(BEGINNING), root, steps, near, ENOUGH)[:2]
@@ -94,7 +94,7 @@ def _beginnings(plant: Sampled, root: Array) -> list[Array]:
 
     Args:
         plant: the sampled system.
-        root: of the prior's covariance, (n, n).
+        root: of the prior's covariance, (n, k).
     """
     if plant.driven is None:  # laws that follow the motion are led by it
         return [np.zeros(len(root))]
@@ -107,7 +107,7 @@ def _beside(
     here: Assembly, trial: Trial, plant: Sampled, noise: Noise, averages: LawAverages, root: Array,
     samples: int,
 ) -> Passed:  # fmt: skip
-    """Return what tells how likely the first samples are after a state, in deviations (n,)."""
+    """Return what tells how likely the first samples are after a state, in deviations (k,)."""
     first = replace(trial, u=trial.u[:samples], between=trial.between[:samples],
                     y=trial.y[:samples],
                     blows=trial.blows and trial.blows.of_part(0, samples))  # fmt: skip
@@ -172,6 +172,14 @@ def _climbed(
     # of laws that all but run away rounding leaves no curvature: nothing tells for such a state
     odds = -0.5 * float(s @ s + volume) if sign > 0 else -np.inf
     return np.asarray(root @ s), odds, cost
+
+
+def _root_of_uncertain(covariance: Array) -> Array:
+    """Return a square root of a covariance, (n, k), of the k states that are not known."""
+    uncertain = np.flatnonzero(np.diag(covariance) > 0)
+    root = np.zeros((len(covariance), len(uncertain)))
+    root[uncertain] = root_of(covariance[np.ix_(uncertain, uncertain)])
+    return root
 
 
 def root_of(covariance: Array) -> Array:
