@@ -132,7 +132,7 @@ def fitted(nothing: Hypothesis, blank: Fit, candidate: Candidate, scales) -> Fit
             z = z + start_of(grown)
             try:
                 value = evaluate(grown, z, derivatives=False).log_likelihood
-            except (ValueError, np.linalg.LinAlgError):
+            except np.linalg.LinAlgError:
                 continue
             if best is None or value > best[0]:
                 best = value, grown, z
@@ -140,7 +140,7 @@ def fitted(nothing: Hypothesis, blank: Fit, candidate: Candidate, scales) -> Fit
         return None
     try:
         return fit(best[1], best[2], most=40)
-    except (ValueError, np.linalg.LinAlgError):
+    except np.linalg.LinAlgError:
         return None
 
 
@@ -154,7 +154,7 @@ def by_sampling(found: Fit, weights: int, rng: np.random.Generator) -> tuple[flo
         z = found.z + root @ x
         try:
             value = evaluate(found.model, z, derivatives=False).log_likelihood
-        except (ValueError, np.linalg.LinAlgError):
+        except np.linalg.LinAlgError:
             continue
         density = -0.5 * x @ x - np.sum(np.log(np.diag(root)))
         logs[k] = value - 0.5 * z @ z - density

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+import numpy as np
+
 
 class TwinError(Exception):
     """Bad input or an impossible request. The command line prints it as one line, exit code 2.
@@ -39,6 +41,14 @@ class IdentificationError(TwinError):
 
 class ControlError(TwinError):
     """A controller cannot be designed, run or tuned as asked."""
+
+
+class NoLikelihoodError(np.linalg.LinAlgError):
+    """A model that has no likelihood at certain values: it runs away, or no filter is stationary.
+
+    Nobody's input is wrong, and a search goes on without these values, as it does where a matrix is
+    singular.
+    """
 
 
 def available(names: Iterable[str]) -> str:

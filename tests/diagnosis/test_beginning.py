@@ -9,6 +9,7 @@ from diagnosis_support import lumped, recorded
 from twin.diagnosis.beginning import (
     SHARP,
     as_sharp,
+    attempted,
     beginnings,
     likelier,
     likeliest,
@@ -20,6 +21,7 @@ from twin.diagnosis.known import RESOLVED
 from twin.diagnosis.prepare import prepare
 from twin.diagnosis.scales import Scales
 from twin.diagnosis.valleys import ALIKE, first_of_each
+from twin.errors import NoLikelihoodError
 from twin.estimation.fit import fit
 from twin.estimation.likelihood import evaluate
 from twin.mechanisms.bumper import Bumper
@@ -109,3 +111,20 @@ def test_averages_of_other_states_or_laws_are_not_taken_over(rubbing):
 def test_no_more_than_so_many_places_of_one_mechanism_go_first():
     names = ["force"] * (ALIKE + 2) + ["mass", "force", "gain"]
     assert first_of_each(names) == [*range(ALIKE), ALIKE + 2, ALIKE + 4]
+
+
+def test_values_without_a_likelihood_are_gone_by_and_a_fault_of_the_program_is_not(rubbing):
+    class Broken:
+        def __init__(self, error):
+            self.unknowns, self.error = rubbing.unknowns, error
+
+        def assemble(self, z):
+            raise self.error
+
+    z = np.zeros(len(rubbing.unknowns))
+    for error in (NoLikelihoodError("runs away"), np.linalg.LinAlgError("Singular matrix")):
+        assert attempted(Broken(error), z) is None
+        assert likeliest(Broken(error), [z])[0] == -np.inf
+    for wrong in (attempted, lambda model, z: likeliest(model, [z])):
+        with pytest.raises(ValueError, match="shapes"):
+            wrong(Broken(ValueError("shapes (3,) and (2,) not aligned")), z)

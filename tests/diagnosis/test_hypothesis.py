@@ -8,6 +8,7 @@ from diagnosis_support import lumped, recorded, rng
 
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.prepare import prepare
+from twin.errors import NoLikelihoodError
 from twin.estimation.fit import fit
 from twin.estimation.likelihood import evaluate
 from twin.mechanisms.appendage import Appendage
@@ -77,8 +78,16 @@ def test_no_more_damping_can_be_missing_than_there_is():
         if there:
             assert h.assemble(np.zeros(len(h.unknowns)))
         else:
-            with pytest.raises(ValueError, match="less damping than none"):
+            with pytest.raises(NoLikelihoodError, match="less damping than none"):
                 h.assemble(np.zeros(len(h.unknowns)))
+
+
+def test_a_structure_without_bounds_has_no_likelihood():
+    problem = prepare(lumped(), [recorded(lumped(), 1)], [recorded(lumped(), 2)]).train
+    rigid = Mass("floor2", np.inf)
+    h = replace(Hypothesis(problem), mechanisms=(rigid,), priors=({"change": (np.inf, 1.0)},))
+    with np.errstate(all="ignore"), pytest.raises(NoLikelihoodError, match="without bounds"):
+        h.assemble(np.zeros(len(h.unknowns)))
 
 
 def test_a_mass_that_hangs_on_the_structure_is_stirred_as_its_inertia_is():

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from estimation_support import CUBIC, FRICTION, TwoMasses, shaken
 
+from twin.errors import NoLikelihoodError
 from twin.estimation.fit import FARTHEST, FASTEST, fit
 from twin.estimation.likelihood import evaluate
 from twin.estimation.model import Unknown
@@ -98,7 +99,7 @@ def test_laplace_evidence_is_the_integral_over_two_parameters():
 
 def test_a_fit_that_begins_far_away_takes_bounded_steps_and_says_how_it_ended():
     model = cubic(200)
-    with pytest.raises(ValueError, match="runs away"):
+    with pytest.raises(NoLikelihoodError, match="runs away"):
         fit(model, np.array([0.0, 6.0, -5.0, 5.0]))
     away = fit(model, np.array([0.0, 2.5, 4.0, 4.0]), most=40)
     near = fit(model)

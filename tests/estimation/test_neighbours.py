@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from estimation_support import two_masses
 
+from twin.errors import NoLikelihoodError
 from twin.estimation.kalman import EquivalentLinear, gains
 from twin.estimation.neighbours import neighbouring_gains
 from twin.estimation.system import Noise, sampled
@@ -54,5 +55,5 @@ def test_one_without_a_stationary_filter_is_said():
     plant, noise = near(400.0, 0.3, 0.5)
     blind = replace(plant.system, C=0 * plant.system.C)
     lost = replace(plant, whole=1.1 * plant.whole, system=blind)
-    with pytest.raises(ValueError, match="no stationary solution"):
+    with pytest.raises(NoLikelihoodError, match="no stationary solution"):
         neighbouring_gains([(plant, noise), (lost, noise)], 20, None)

@@ -43,7 +43,7 @@ class Adjusted:
             most: steps.
 
         Raises:
-            ValueError: no such model.
+            NoLikelihoodError: no such model.
         """
         own, shared = self._of(model)
         white = self._white(model, z)

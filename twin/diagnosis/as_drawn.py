@@ -204,7 +204,7 @@ def _errors(hypothesis: Hypothesis, z: Array) -> list[Array]:
     try:
         here = hypothesis.assemble(z)
         plants = plants_of(here, hypothesis)
-    except (ValueError, np.linalg.LinAlgError):
+    except np.linalg.LinAlgError:
         return [np.full(trial.y.shape, np.inf) for trial in hypothesis.trials]
     out = []
     for index, trial in enumerate(here.trials):

@@ -133,7 +133,7 @@ def likeliest(
         value = -np.inf
         try:
             found = evaluate(model, z, derivatives=False, near=near)
-        except (ValueError, np.linalg.LinAlgError):
+        except np.linalg.LinAlgError:
             found = None
         if found is not None and np.isfinite(found.log_likelihood):
             value = found.log_likelihood - 0.5 * float(z @ z)
@@ -159,7 +159,7 @@ def attempted(
     """Return a fit, None where the model has no likelihood to begin with."""
     try:
         return fit(model, z, steps, hopeless, enough=enough, near=near)
-    except (ValueError, np.linalg.LinAlgError):
+    except np.linalg.LinAlgError:
         return None
 
 

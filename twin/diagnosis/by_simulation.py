@@ -84,7 +84,7 @@ def search_by_simulation(
             try:
                 likeliest = max((e.fit.log_evidence for e in fits), default=-np.inf)
                 found = OutputError(grown, tau).fitted(z, hopeless=likeliest)
-            except (ValueError, np.linalg.LinAlgError):
+            except np.linalg.LinAlgError:
                 continue
             if not stands(grown, found.z, unseen):
                 continue
@@ -171,7 +171,7 @@ def _calibrated(model: OutputError, z: Array) -> Fit:
     """Return a fit from z, (p,)."""
     try:
         return model.fitted(z)
-    except ValueError:
+    except np.linalg.LinAlgError:
         raise ModelError(
             "the twin as it stands has no finite simulation of the recordings"
         ) from None
@@ -192,7 +192,7 @@ def _screened(model: OutputError, z: Array, candidates: Sequence[Candidate]) -> 
             point = moved_to(grown, here, z, weak)
             try:
                 changed = np.vstack(OutputError(grown).residuals(point))
-            except (ValueError, np.linalg.LinAlgError):
+            except np.linalg.LinAlgError:
                 continue
             if not np.all(np.isfinite(changed)):
                 continue

@@ -67,7 +67,7 @@ def explained(h: Hypothesis, z: Array, cost: float, top: Explanation) -> Explana
             other, found = _unless_known(option, rough)
             if abs(found.log_evidence - least) < SURE:
                 found = fit(other, found.z, near=found.averages)
-        except (ValueError, np.linalg.LinAlgError):
+        except np.linalg.LinAlgError:
             continue
         if np.isfinite(found.log_evidence):
             fits.append(Explanation(other, found, odds_of(other, found) - spent))

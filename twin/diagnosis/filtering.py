@@ -56,7 +56,7 @@ def likeliest_filter(hypothesis: Hypothesis, found: Fit) -> LowPass:
             try:
                 with np.errstate(all="ignore"):  # laws that run away behind another filter
                     here = evaluate(other, found.z, False, averages)
-            except (ValueError, np.linalg.LinAlgError):
+            except np.linalg.LinAlgError:
                 return -np.inf
             # where simulations begin is found once, and serves other filters
             known[low_pass], averages = here.log_likelihood, here.averages

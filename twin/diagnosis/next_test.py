@@ -127,7 +127,7 @@ def _apart(
         hypothesis, z = placed(explanation.hypothesis, explanation.fit.z, alone)
         try:
             outputs.append(predictors(hypothesis, z)[0].from_rest())
-        except (ValueError, np.linalg.LinAlgError):
+        except np.linalg.LinAlgError:
             return float("nan")
     noise = np.maximum(test.output_noise, 1e-12)
     apart = ((outputs[0] - outputs[1]) / noise) ** 2

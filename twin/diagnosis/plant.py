@@ -13,6 +13,7 @@ from twin.diagnosis.discrepancy import Discrepancy
 from twin.diagnosis.plant_states import Plant, Shaped, driven, read_by
 from twin.diagnosis.scales import ROUNDING
 from twin.diagnosis.straight import calmed, well_damped
+from twin.errors import NoLikelihoodError
 from twin.estimation.system import System
 from twin.mechanisms.mechanism import ChannelFault, Disturbance, Law, Mechanism, StructuralChange
 from twin.model.linear import LinearModel
@@ -44,7 +45,7 @@ def plant_of(
         sampled_s: the same, if instruments and forces that nobody measured are not to, either.
 
     Raises:
-        ValueError: changes that take more damping than there is.
+        NoLikelihoodError: changes that take more damping than there is.
     """
     own = len(model.coordinates)
     model, laws = structure_of(model, mechanisms), [m for m in mechanisms if isinstance(m, Law)]
@@ -124,8 +125,8 @@ def structure_of(model: LinearModel, mechanisms: Sequence[Mechanism]) -> LinearM
     """Return a model with changes of the structure, and the linear parts of laws.
 
     Raises:
-        ValueError: they take more damping than there is: modes that no recording shows would grow,
-            and energy come from nowhere.
+        NoLikelihoodError: they are not finite, or take more damping than there is: modes that no
+            recording shows would grow, and energy come from nowhere.
     """
     changes = [m for m in mechanisms if isinstance(m, StructuralChange)]
     if changes:
@@ -134,9 +135,11 @@ def structure_of(model: LinearModel, mechanisms: Sequence[Mechanism]) -> LinearM
             model = change.edit(model)
         after = np.linalg.eigvalsh(model.R)
         if after[0] < min(before[0], 0.0) - ROUNDING * after[-1]:
-            raise ValueError("less damping than none")
+            raise NoLikelihoodError("less damping than none")
     for law in [m for m in mechanisms if isinstance(m, Law)]:
         model = model.adding(K=law.parted()[1], along=model.port(law.place))
+    if not all(np.all(np.isfinite(X)) for X in (model.M, model.R, model.K)):
+        raise NoLikelihoodError("a structure without bounds")
     return model
 
 

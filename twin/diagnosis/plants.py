@@ -81,7 +81,7 @@ def plants_at(
         simulated: whether the laws are.
 
     Raises:
-        ValueError: mechanisms that take more damping than there is.
+        NoLikelihoodError: mechanisms that take more damping than there is.
     """
     base = problem.base(z)
     stepped: list[float | None] = [problem.step_s if problem.calmed else None]

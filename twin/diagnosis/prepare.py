@@ -255,7 +255,7 @@ def _scaled(problem: Problem) -> Problem:
     n = len(model.coordinates)
     try:
         runs = passes(blank, start_of(blank))
-    except ValueError:
+    except np.linalg.LinAlgError:
         raise RecordingError(
             f"{problem.recordings[0].name}: {available(model.outputs)} cannot tell where the "
             "structure is, for no spring holds it; record a displacement, too"

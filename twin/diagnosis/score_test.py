@@ -221,7 +221,7 @@ class ScoreTest:
         z = moved_to(grown, self.hypothesis, self.fit.z, start)
         try:
             return passes(self.linear.beside(grown), z)
-        except (ValueError, np.linalg.LinAlgError):
+        except np.linalg.LinAlgError:
             return None
 
     def whole(self, candidate: Candidate, start: Mechanism) -> float:
@@ -248,7 +248,7 @@ class ScoreTest:
         """
         try:
             value = evaluate(self.linear.beside(grown), z, derivatives=False)
-        except (ValueError, np.linalg.LinAlgError):
+        except np.linalg.LinAlgError:
             return -np.inf, -np.inf
         triples = zip(self.runs, value.runs, self._without, strict=True)
         runs = [replace(near, e=own.e[: len(near.e)] + near.e - here.e[: len(near.e)])

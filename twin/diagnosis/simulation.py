@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.motion import Motion, motion_of
+from twin.errors import NoLikelihoodError
 from twin.estimation.fit import Fit, fit
 from twin.estimation.law_averages import LawAverages
 from twin.estimation.likelihood import Value
@@ -107,7 +108,7 @@ class OutputError:
         One that will not reach the log evidence ``hopeless`` is given up (``fit``).
 
         Raises:
-            ValueError: there is no simulation where it begins.
+            NoLikelihoodError: there is no simulation where it begins.
         """
         return fit(self.hypothesis, z, free=self.free if free is None else free,
                    likelihood=self.value, hopeless=hopeless)  # fmt: skip
@@ -118,12 +119,12 @@ class OutputError:
         """Return the log likelihood up to a constant, and its derivatives, as ``fit`` asks for it.
 
         Raises:
-            ValueError: a simulation that is not finite.
+            NoLikelihoodError: a simulation that is not finite.
         """
         runs = self.runs(z, self.free if derivatives else None)
         r = np.vstack([run.e for run in runs])
         if not np.all(np.isfinite(r)):
-            raise ValueError("the simulation is not finite")
+            raise NoLikelihoodError("the simulation is not finite")
         log_det = np.linalg.slogdet(self.covariance(r))[1]
         p = len(self.free)
         gradient, information = np.zeros(p), np.zeros((p, p))

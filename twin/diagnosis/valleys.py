@@ -135,7 +135,7 @@ def _begun(adjusted: Adjusted, runner: _Runner, steps: int) -> _Runner:
     _, z, model = runner
     try:
         value, moved = adjusted.steps(model, z, steps)
-    except (ValueError, np.linalg.LinAlgError):
+    except np.linalg.LinAlgError:
         return -np.inf, z, model
     return value - adjusted.log_posterior, moved if steps else z, model
 
@@ -218,6 +218,6 @@ def _further(without: float, runner: _Runner, steps: int) -> _Runner:
     _, z, model = runner
     try:
         found = climb(model, z, most=steps, free=model.free)
-    except (ValueError, np.linalg.LinAlgError):
+    except np.linalg.LinAlgError:
         return runner
     return found.log_posterior - without, found.z, model

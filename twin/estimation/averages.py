@@ -177,7 +177,7 @@ def _holding(
             trust = trust_in(gain, of.blur)
             e, _, _ = deviations(filtering, trial, gain, trust, there, none)
             value = density(e, trial.y, gain.innovation, of.blur).value + of.start_odds
-        except (ValueError, np.linalg.LinAlgError):
+        except np.linalg.LinAlgError:
             return -np.inf, of
         return (value if np.isfinite(value) else -np.inf), of
 

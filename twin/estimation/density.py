@@ -10,6 +10,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.errors import NoLikelihoodError
+
 Array = NDArray[np.float64]
 
 
@@ -48,7 +50,7 @@ def density(e: Array, y: Array, innovation: Array, blur: Array | None) -> Part:
         blur: further variances of the outputs, (samples, m), or None.
 
     Raises:
-        ValueError: a covariance that is not positive.
+        NoLikelihoodError: a covariance that is not positive.
     """
     samples, m = e.shape
     roots, white = np.zeros((samples, m, m)), np.empty((samples, m))
@@ -57,7 +59,7 @@ def density(e: Array, y: Array, innovation: Array, blur: Array | None) -> Part:
     c = np.ascontiguousarray
     value = _density(c(e), c(y), c(innovation), more, roots, white, balance)
     if not np.isfinite(value):
-        raise ValueError("the innovations have no density: a covariance is not positive")
+        raise NoLikelihoodError("the innovations have no density: a covariance is not positive")
     return Part(float(value), white, balance, roots)
 
 

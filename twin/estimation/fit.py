@@ -15,6 +15,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.errors import NoLikelihoodError
 from twin.estimation.law_averages import LawAverages
 from twin.estimation.likelihood import Value, evaluate
 from twin.estimation.model import Model
@@ -127,7 +128,7 @@ def fit(
         patience: gain [nat] below which ``PATIENCE`` steps are not worth another.
 
     Raises:
-        ValueError: the model has no likelihood where the fit begins.
+        NoLikelihoodError: the model has no likelihood where the fit begins.
     """
     p = len(model.unknowns)
     z = np.zeros(p) if start is None else np.asarray(start, float).copy()
@@ -136,7 +137,7 @@ def fit(
     with np.errstate(all="ignore"):
         here = at(z, True, None, near)
     if not np.all(np.isfinite(here.information)):
-        raise ValueError("the model runs away where the fit begins")
+        raise NoLikelihoodError("the model runs away where the fit begins")
     score = here.log_likelihood - 0.5 * float(z @ z)
     damping = 0.0
     # values that were measured, each of which is off by a nat there
@@ -228,7 +229,7 @@ def _afresh(
         try:
             with np.errstate(all="ignore"):
                 found = at(tried, False, None, near)
-        except (ValueError, np.linalg.LinAlgError):
+        except np.linalg.LinAlgError:
             continue
         value = found.log_likelihood - 0.5 * float(tried @ tried)
         if value > least:
@@ -281,7 +282,7 @@ def _climbs(at: Likelihood, z: Array, score: float, here: Value) -> bool:
         # a step may lead anywhere; where nothing is finite it is not taken
         with np.errstate(all="ignore"):
             found = at(z, False, None if follow else here.averages, here.averages)
-    except (ValueError, np.linalg.LinAlgError):
+    except np.linalg.LinAlgError:
         return False
     return found.log_likelihood - 0.5 * float(z @ z) > score
 
@@ -294,6 +295,6 @@ def _with_derivatives(
     try:
         with np.errstate(all="ignore"):
             found = at(z, True, known, near)
-    except (ValueError, np.linalg.LinAlgError):
+    except np.linalg.LinAlgError:
         return None
     return found if np.all(np.isfinite(found.information)) else None

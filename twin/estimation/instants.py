@@ -19,6 +19,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.errors import NoLikelihoodError
 from twin.estimation.blows import responses
 from twin.estimation.implicit import rate_share, solve_force
 from twin.estimation.kalman import matrices_of
@@ -56,7 +57,7 @@ def unknown_instants(
         beside: the simulation.
 
     Raises:
-        ValueError: deviations that grow without bound.
+        NoLikelihoodError: deviations that grow without bound.
     """
     assert plant.driven is not None
     system, own, count = plant.system, plant.driven.simulated.system, len(here.laws)
@@ -67,7 +68,7 @@ def unknown_instants(
         for rows in (system.rate, system.rate @ filtering.system.A)
     )
     if not np.all(np.isfinite(sizes + returning)):
-        raise ValueError("deviations from the simulation grow without bound")
+        raise NoLikelihoodError("deviations from the simulation grow without bound")
     push = np.vstack([own.drift, own.rate]) @ simulation_matrix(plant)[:, -count:]
     off = np.zeros((len(beside.forces), 2 * count))
     _neighbours(

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.arrays import plain
+from twin.errors import NoLikelihoodError
 from twin.estimation.products import add_product
 from twin.estimation.system import Noise, Sampled
 
@@ -78,7 +79,8 @@ def gains(
             variance 1.
 
     Raises:
-        ValueError: the Riccati equation has no stationary solution, or outputs are without noise.
+        NoLikelihoodError: the Riccati equation has no stationary solution, or outputs are without
+            noise.
     """
     A, C, W, V, Q, R, P = matrices_of(sampled, noise, equivalent)
     try:
@@ -89,7 +91,7 @@ def gains(
             *noise.in_order(),
         )  # fmt: skip
     except ZeroDivisionError:
-        raise ValueError("the innovations' covariance is singular") from None
+        raise NoLikelihoodError("the innovations' covariance is singular") from None
     return Gains(state, noise.held[:, None] * held, innovation, P)
 
 
@@ -135,7 +137,7 @@ def matrices_of(
         equivalent: what laws add to the linear system, if there are laws.
 
     Raises:
-        ValueError: the Riccati equation has no stationary solution.
+        NoLikelihoodError: the Riccati equation has no stationary solution.
     """
     system = sampled.system
     A, C = sampled.whole, system.C
@@ -146,7 +148,7 @@ def matrices_of(
     Q = W @ W.T + sampled.Q
     P = stationary(A, C, Q, R + V @ V.T, W @ V.T)
     if not np.all(np.isfinite(P)):
-        raise ValueError("the Riccati equation has no stationary solution")
+        raise NoLikelihoodError("the Riccati equation has no stationary solution")
     return A, C, W, V, Q, R, P
 
 

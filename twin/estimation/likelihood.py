@@ -55,7 +55,7 @@ def passes(
         averages: what the laws do on the average of each recording, where it is known already.
 
     Raises:
-        ValueError: no stationary filter, or a model that cannot be.
+        NoLikelihoodError: no stationary filter, or a model that cannot be.
     """
     here = model.assemble(z)
     plants = plants_of(here, model)
@@ -161,6 +161,6 @@ def gaussian(result: Run, trial: Trial) -> Part:
         trial: the recording; what is missing in it does not count.
 
     Raises:
-        ValueError: a covariance that is not positive.
+        NoLikelihoodError: a covariance that is not positive.
     """
     return density(result.e, trial.y, result.gains.innovation, result.averages.blur)

@@ -40,7 +40,7 @@ def neighbouring_gains(
         stationary.
 
     Raises:
-        ValueError: a Riccati equation has no stationary solution.
+        NoLikelihoodError: a Riccati equation has no stationary solution.
     """
     found = [matrices_of(plant, noise, equivalent) for plant, noise in systems]
     A, C, W, V, Q, R, P = (np.stack(kind, axis=-1) for kind in zip(*found, strict=True))

@@ -126,7 +126,7 @@ def _beside(
                          dx0=root if sloped else None, averages=averages)  # fmt: skip
             try:
                 part = density(result.e, first.y, result.gains.innovation, averages.blur)
-            except ValueError:
+            except np.linalg.LinAlgError:
                 return nowhere
             cost = 0.5 * float(np.sum(part.white**2) + s @ s)
             if not sloped:

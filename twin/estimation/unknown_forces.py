@@ -41,7 +41,7 @@ def unknown_forces(
     plant, step_s = passed.sampled, here.trials[0].step_s
     try:
         gain = gains(plant, noise, equivalent=equivalent)
-    except (ValueError, np.linalg.LinAlgError):
+    except np.linalg.LinAlgError:
         return out
     begun = start_covariances(plant, noise, gain, equivalent)[: len(out)]
 
