@@ -17,6 +17,7 @@ from scipy.linalg import eigh
 from scipy.optimize import linear_sum_assignment
 
 from twin.diagnosis.scales import ROUNDING
+from twin.errors import NoLikelihoodError
 
 Array = NDArray[np.float64]
 
@@ -32,7 +33,7 @@ def following(M0: Array, of_nominal: tuple[Array, Array], M: Array, K: Array, D:
         D: damping matrix of the nominal structure, (n, n).
 
     Raises:
-        LinAlgError: masses that are not positive.
+        LinAlgError: as ``modes_of``.
     """
     w0, nominal = of_nominal
     w, shapes = modes_of(M, K)
@@ -48,7 +49,14 @@ def following(M0: Array, of_nominal: tuple[Array, Array], M: Array, K: Array, D:
 
 
 def modes_of(M: Array, K: Array) -> tuple[Array, Array]:
-    """Return circular frequencies (n,), zero where there is none, and mass-normalised shapes."""
+    """Return circular frequencies (n,), zero where there is none, and mass-normalised shapes.
+
+    Raises:
+        NoLikelihoodError: matrices without bounds.
+        LinAlgError: masses that are not positive.
+    """
+    if not (np.all(np.isfinite(M)) and np.all(np.isfinite(K))):
+        raise NoLikelihoodError("a structure without bounds")
     squares, shapes = eigh(0.5 * (K + K.T), 0.5 * (M + M.T))
     least = ROUNDING * np.max(np.abs(squares), initial=1e-300)
     return np.sqrt(np.where(squares > least, squares, 0.0)), shapes

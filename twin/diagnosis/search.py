@@ -31,13 +31,13 @@ from twin.diagnosis.predict import predictors
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.promising import fitted, grown_by
 from twin.diagnosis.screening import screen
-from twin.diagnosis.sizes import forces, negligible
+from twin.diagnosis.sizes import forces
 from twin.diagnosis.together import families, off_alone
+from twin.diagnosis.trifles import ends_in_a_trifle, no_trifle
 from twin.diagnosis.valleys import WIDTH, Score, first_of_each
 from twin.estimation.fit import fit
 from twin.estimation.likelihood import passes
 from twin.estimation.passing import Run
-from twin.mechanisms.mechanism import ChannelFault, Disturbance
 
 Array = NDArray[np.float64]
 
@@ -114,7 +114,7 @@ def search(
         better = [e for e in fits if e.log_odds > best.log_odds]
         trifling = False
         if better:
-            best = from_prior_noise(_no_trifle(better))
+            best = from_prior_noise(no_trifle(better, cost))
             there = elsewhere(best, [s.candidate for s in scores if s.gain > cost], cost)
             for explanation in there:
                 _keep(tried, explanation)
@@ -130,7 +130,7 @@ def search(
             _keep(tried, best)
             if turned:  # what was found may have stood for other inputs between the samples
                 best = without_needless(best, cost, tried)
-            trifling = _ends_in_a_trifle(best)
+            trifling = ends_in_a_trifle(best)
         # one more name may do what the names so far do not: a force without one waits for it
         if unnamed is not None and unnamed.log_odds > best.log_odds:
             best, unnamed, trifling = unnamed, None, False
@@ -277,22 +277,3 @@ def _without_names(
             _keep(tried, found)
             best = max(best, found, key=lambda e: e.log_odds)
     return best
-
-
-def _no_trifle(better: Sequence[Explanation]) -> Explanation:
-    """Return the likeliest, or the next one that is no trifle: a trifle may stand in for more."""
-    if not _ends_in_a_trifle(better[0]):
-        return better[0]
-    structural = (e for e in better if not isinstance(e.hypothesis.mechanisms[-1], ChannelFault))
-    return next((e for e in structural if not _ends_in_a_trifle(e)), better[0])
-
-
-def _ends_in_a_trifle(best: Explanation) -> bool:
-    """Return whether the last mechanism found is smaller than what is left beside the others."""
-    hypothesis, z = best.hypothesis, best.fit.z
-    if isinstance(hypothesis.mechanisms[-1], ChannelFault):
-        return False  # a channel's calibration says nothing of the structure
-    if any(isinstance(m, Disturbance) for m in hypothesis.mechanisms[:-1]):
-        return False  # names that are not found yet may be in a force that nobody measured
-    beside = predictors(hypothesis, z, best.fit.averages)
-    return negligible(hypothesis, best.fit, beside, forces(hypothesis, z, beside))[-1]

@@ -1,0 +1,53 @@
+"""What is smaller than what the others leave, and what there is beside it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from diagnosis_support import lumped, recorded
+
+from twin.diagnosis.beginning import added, moved_to, widened
+from twin.diagnosis.candidates import motions, scales_of
+from twin.diagnosis.explanation import Explanation
+from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.offer import offer
+from twin.diagnosis.prepare import prepare
+from twin.diagnosis.trifles import ends_in_a_trifle, no_trifle
+from twin.estimation.fit import fit
+from twin.mechanisms.cubic_stiffness import CubicStiffness
+from twin.mechanisms.damping import Damping
+
+GREAT = CubicStiffness("storey2", 2e6)
+SMALL = Damping("storey1", 1e-3)
+MORE = CubicStiffness("storey1", 5e5)
+
+
+def explanations(*there):
+    """Return explanations by the great law and the small one, and by the great law and more."""
+    rig = lumped(*there)
+    train = [recorded(rig, seed, scale=1.0, seconds=6.0) for seed in (11, 12)]
+    ready = prepare(lumped(), train, [recorded(rig, 3, scale=1.0, seconds=6.0)])
+    blank = Hypothesis(ready.train)
+    nothing = fit(blank, widened(blank, np.zeros(len(blank.unknowns))))
+    moved = motions(ready.train, blank, nothing.z)
+    scaled = replace(blank, scales=scales_of(ready.train, moved))
+    candidates = {c.label: c for c in offer(ready.train, ready.kinds)(moved, ())}
+    out = []
+    for last in (SMALL, MORE):
+        h, z = scaled, nothing.z
+        for law in (GREAT, last):
+            grown = added(h, candidates[law.name, law.place], law)
+            h, z = grown, moved_to(grown, h, z, law)
+        held = [f"{last.name} {last.place}" in u.name for u in h.unknowns]
+        found = fit(h, z, free=~np.array(held))
+        out.append(Explanation(h, found, found.log_evidence))
+    return out
+
+
+@pytest.mark.parametrize("more", [True, False])
+def test_more_than_a_trifle_is_chosen_where_it_is_there_beside_the_trifle(more):
+    trifle, other = explanations(GREAT, *([MORE] if more else []))
+    assert ends_in_a_trifle(trifle)
+    assert not ends_in_a_trifle(other)
+    assert no_trifle([trifle, other], 3.0) is (other if more else trifle)
+    assert no_trifle([other, trifle], 3.0) is other

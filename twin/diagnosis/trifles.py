@@ -1,0 +1,56 @@
+"""What is smaller than what the others leave, while the search goes on beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from twin.diagnosis.beginning import by_name, carried, likelier
+from twin.diagnosis.explanation import Explanation, explained
+from twin.diagnosis.predict import predictors
+from twin.diagnosis.sizes import forces, negligible
+from twin.mechanisms.mechanism import ChannelFault, Disturbance
+
+
+def ends_in_a_trifle(best: Explanation) -> bool:
+    """Return whether the last mechanism found is smaller than what is left beside the others."""
+    hypothesis, z = best.hypothesis, best.fit.z
+    if isinstance(hypothesis.mechanisms[-1], ChannelFault):
+        return False  # a channel's calibration says nothing of the structure
+    if any(isinstance(m, Disturbance) for m in hypothesis.mechanisms[:-1]):
+        return False  # names that are not found yet may be in a force that nobody measured
+    beside = predictors(hypothesis, z, best.fit.averages)
+    return negligible(hypothesis, best.fit, beside, forces(hypothesis, z, beside))[-1]
+
+
+def no_trifle(better: Sequence[Explanation], cost: float) -> Explanation:
+    """Return the likeliest, or of what is no trifle the next one that there is beside it.
+
+    A trifle may stand in for more, and more may be likely for no other reason than that the trifle
+    is missing.
+
+    Args:
+        better: explanations, the likeliest first.
+        cost: of each mechanism [nat].
+    """
+    likeliest = better[0]
+    if not ends_in_a_trifle(likeliest):
+        return likeliest
+    structural = (e for e in better if not isinstance(e.hypothesis.mechanisms[-1], ChannelFault))
+    more = (e for e in structural if not ends_in_a_trifle(e))
+    return next((e for e in more if _there_beside(likeliest, e, cost)), likeliest)
+
+
+def _there_beside(likeliest: Explanation, other: Explanation, cost: float) -> bool:
+    """Return whether the likeliest explanation is likelier with what another one has besides."""
+    h, more = likeliest.hypothesis, other.hypothesis
+    every = zip(more.mechanisms, more.priors, other.labels, strict=True)
+    new = [(m, prior) for m, prior, label in every if label not in likeliest.labels]
+    if not new:
+        return False
+    mechanisms, priors = zip(*new, strict=True)
+    both = replace(h, mechanisms=(*h.mechanisms, *mechanisms), priors=(*h.priors, *priors))
+    ours, theirs = (by_name(e.hypothesis, e.fit.z) for e in (likeliest, other))
+    begun = [carried(both, known) for known in (theirs | ours, ours | theirs)]
+    found = explained(both, likelier(both, begun)[1], cost, likeliest)
+    return found is not None and found.log_odds > likeliest.log_odds
