@@ -57,9 +57,8 @@ def read_of_disturbance(
             seen = base.acc - G @ base.row
         else:
             seen = G @ model.port(disturbance.place)
-        total += (_weights(samples) * _periodogram(disturbance, samples, step_s)) @ np.abs(
-            seen
-        ) ** 2
+        power = _weights(samples) * _periodogram(disturbance, samples, step_s)
+        total += power @ np.abs(seen) ** 2
     return np.asarray(np.sqrt(total / sum(lengths)))
 
 

@@ -140,21 +140,18 @@ class _Hidden:
         disturbing = [isinstance(m, Disturbance) for m in mechanisms]
         faults = [isinstance(m, ChannelFault) for m in mechanisms]
         read: list[Array | None] = [None] * len(mechanisms)
-        if unexplained or any(disturbing):
-            h, n = hypothesis.problem.step_s, len(model.coordinates)
-            lengths = [len(s.trial.y) for s in beside]
-            for i, (m, push) in enumerate(
-                zip(mechanisms, pushes(hypothesis, z, beside), strict=True)
-            ):
-                if isinstance(m, Disturbance):
-                    read[i] = read_of_disturbance(m, lengths, model, h)
-                elif push is not None:
-                    forces = np.split(push[:, :n], np.cumsum(lengths)[:-1])
-                    read[i] = read_of(forces, model, h)
+        h, n = hypothesis.problem.step_s, len(model.coordinates)
+        lengths = [len(s.trial.y) for s in beside]
+        acting = pushes(hypothesis, z, beside) if unexplained or any(disturbing) else []
+        for i, (mechanism, push) in enumerate(zip(mechanisms, acting, strict=False)):
+            if isinstance(mechanism, Disturbance):
+                read[i] = read_of_disturbance(mechanism, lengths, model, h)
+            elif push is not None:
+                read[i] = read_of(np.split(push[:, :n], np.cumsum(lengths)[:-1]), model, h)
         return cls(read, disturbing, latent, faults)
 
     def hides(self, index: int) -> bool:
-        """Return whether what a mechanism's outputs read of it may be the others' spectrum."""
+        """Return whether all that outputs read of a mechanism may be the others' spectrum."""
         seen = self.read[index]
         if seen is None:
             return False
