@@ -13,6 +13,8 @@ from twin.diagnosis.prepare import prepare
 from twin.diagnosis.score_test import SMALL, ScoreTest
 from twin.estimation.fit import fit
 from twin.estimation.likelihood import passes
+from twin.mechanisms.appendage import Appendage
+from twin.mechanisms.bumper import Bumper
 from twin.mechanisms.cubic_stiffness import CubicStiffness
 from twin.mechanisms.sensor_gain import SensorGain
 from twin.mechanisms.sensor_highpass import SensorHighpass
@@ -72,3 +74,36 @@ def test_a_short_fit_beside_laws_leaves_their_numbers_where_they_are(score):
     assert held == ["cubic_stiffness storey2 stiffness"]
     z = fit(score.linear, score.fit.z, most=2, free=score.linear.free).z
     assert np.array_equal(z[~score.linear.free], score.fit.z[~score.linear.free])
+
+
+@pytest.mark.parametrize("more", [
+    UnmeasuredForce("floor1", 0.01, 5.0, 5.0), Appendage("floor1", 1e-6, 6.0, 0.02),
+    SensorHum("acc_floor1", 50.0, 0.01),
+], ids=lambda one: one.name)  # fmt: skip
+def test_blows_at_a_stop_leave_as_much_uncertain_beside_what_has_states_of_its_own(stopped, more):
+    linear = stopped.linear.beside(added(stopped.hypothesis, candidate(more), more))
+    z = moved_to(linear.hypothesis, stopped.hypothesis, stopped.fit.z, more)
+    here, n = linear.assemble(z), len(stopped.hypothesis.problem.model.coordinates)
+    grown = here.systems[0]
+    assert len(grown.A) > len(stopped.linear.pushed[0])
+    before, after = stopped.linear.averages[0].kicks, here.kicks[0]
+    assert before
+    coordinates = n + isinstance(more, Appendage)
+    own = [*range(n), *range(coordinates, coordinates + n)]
+    for sample, kick in before.items():
+        there = after[sample][np.ix_(own, own)]
+        np.testing.assert_allclose(there, kick[: 2 * n, : 2 * n], rtol=0.02, atol=1e-3 * kick.max())
+    assert np.isfinite(stopped.whole(candidate(more), more))
+
+
+@pytest.fixture(scope="module")
+def stopped():
+    """A score test of the twin with the stop that its recordings have."""
+    stop = Bumper("storey2", 3000.0, 2e-3)
+    train = [recorded(lumped(stop), seed, scale=1.0, seconds=6.0) for seed in (1, 2)]
+    problem = prepare(lumped(), train, [recorded(lumped(stop), 3)]).train
+    blank = Hypothesis(problem)
+    scales = scales_of(problem, motions(problem, blank, fit(blank).z))
+    grown = added(replace(blank, scales=scales), candidate(stop), stop)
+    start = moved_to(grown, blank, np.zeros(len(blank.unknowns)), stop)
+    return ScoreTest(grown, fit(grown, widened(grown, start)))

@@ -1,14 +1,19 @@
-"""What is offered at a slide that no spring holds, and at one that a spring does."""
+"""What is offered: at a slide that no spring holds, and of instruments what has a model."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from diagnosis_support import rng, tones
+from shaken_support import chain, ground, shaken
 
-from twin.diagnosis.candidates import motions
+from twin.diagnosis.beginning import added, moved_to
+from twin.diagnosis.candidates import motions, scales_of
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.offer import offer
 from twin.diagnosis.prepare import prepare
 from twin.estimation.likelihood import passes
+from twin.mechanisms.mechanism import ChannelFault
 from twin.mechanisms.stiffness import Stiffness
 from twin.model import Twin
 from twin.recording import Recording
@@ -43,3 +48,22 @@ def test_a_spring_slips_or_has_play_only_where_one_is(name):
 def test_dry_friction_of_a_slide_is_offered_once():
     rubbing = [label for label in offered(Twin.load("drive")) if "friction" in label[0]]
     assert rubbing == [("coulomb_friction", "slide")]
+
+
+def test_every_instrument_that_is_offered_has_a_model_on_a_shaken_structure_too():
+    masses, stiffnesses = np.array([1.0, 1.0]), np.array([400.0, 300.0])
+    waves = [ground(8.0, RATE, seed, 1.0) for seed in (1, 2)]
+    read = [shaken(masses, stiffnesses, [0.3, 0.3], wave, RATE, f"shaken{i}.csv")
+            for i, wave in enumerate(waves)]  # fmt: skip
+    ready = prepare(chain(masses, stiffnesses), read[:1], read[1:])
+    problem = ready.train
+    blank = Hypothesis(problem)
+    z = np.zeros(len(blank.unknowns))
+    moved = motions(problem, blank, z)
+    here = replace(blank, scales=scales_of(problem, moved))
+    found = offer(problem, ready.kinds)(moved, passes(blank, z))
+    assert ("sensor_crosstalk", "acc_floor1+acc_floor2") in {c.label for c in found}
+    for candidate in found:
+        if isinstance(candidate.starts[0], ChannelFault):
+            grown = added(here, candidate, candidate.starts[0])
+            assert grown.assemble(moved_to(grown, here, z, candidate.starts[0]))

@@ -7,7 +7,7 @@ by a linear predictor, whatever they cost and whatever states it has of its own.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -20,7 +20,7 @@ from twin.diagnosis.straight import prefiltered
 from twin.estimation.law_averages import LawAverages
 from twin.estimation.model import Assembly, Trial, Unknown
 from twin.estimation.passing import Run
-from twin.estimation.system import System
+from twin.estimation.system import System, transition
 from twin.mechanisms.mechanism import Law, Mechanism
 
 Array = NDArray[np.float64]
@@ -34,20 +34,24 @@ class Linearised:
         hypothesis: with the fit's laws, and further mechanisms that are none.
         averages: k and c of each law in each recording, and how much outputs are blurred.
         rest: the rest of the forces at the samples of each recording, (samples, l).
+        pushed: what a unit force of each law that is held over a sample does to the state of the
+            fit in each recording, (n, l).
     """
 
     hypothesis: Hypothesis
     averages: tuple[LawAverages, ...]
     rest: tuple[Array, ...]
+    pushed: tuple[Array, ...]
 
     @classmethod
     def of(cls, hypothesis: Hypothesis, runs: Sequence[Run]) -> Linearised:
         """Return a hypothesis linearised about the passes of its fit."""
-        rest = []
+        rest, pushed = [], []
         for passed in runs:
-            tangent = passed.averages.tangent(passed.sampled.system)
-            rest.append(passed.f - passed.x @ tangent.T)
-        return cls(hypothesis, tuple(r.averages for r in runs), tuple(rest))
+            system = passed.sampled.system
+            rest.append(passed.f - passed.x @ passed.averages.tangent(system).T)
+            pushed.append(_pushed(system, hypothesis.problem.step_s))
+        return cls(hypothesis, tuple(r.averages for r in runs), tuple(rest), tuple(pushed))
 
     def beside(self, hypothesis: Hypothesis) -> Linearised:
         """Return another hypothesis with the same laws, linearised alike."""
@@ -122,9 +126,17 @@ class Linearised:
                 None if a.blur is None else a.blur[: len(t.y)]
                 for a, t in zip(self.averages, here.trials, strict=True)
             ),
-            kicks=tuple(a.kicks for a in self.averages),
+            kicks=tuple(self._kicks(here.systems[k], t) for t, k in enumerate(here.which)),
             errors=(),
         )
+
+    def _kicks(self, system: System, index: int) -> Mapping[int, Array]:
+        """Return how much less certain laws leave the state, which may have got more states."""
+        known, before = self.averages[index].kicks, self.pushed[index]
+        if not known or len(system.A) == len(before):
+            return known
+        moved = _pushed(system, self.problem.step_s) @ np.linalg.pinv(before)
+        return {sample: moved @ kick @ moved.T for sample, kick in known.items()}
 
     def _trials(self, trials: Sequence[Trial]) -> tuple[Trial, ...]:
         out = []
@@ -134,6 +146,12 @@ class Linearised:
             u, between = np.hstack([own.u, rest]), np.hstack([own.between, lines])
             out.append(Trial(u, between, own.y, own.step_s, missed=own.missed))
         return tuple(out)
+
+
+def _pushed(system: System, step_s: float) -> Array:
+    """Return what forces of the laws that are held over a sample do to the state, (n, l)."""
+    with np.errstate(all="ignore"):  # what runs away has no likelihood
+        return transition(system.A, system.E, step_s, 0)[1]
 
 
 def _with_inputs(system: System, averages: LawAverages) -> System:

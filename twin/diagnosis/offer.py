@@ -58,7 +58,8 @@ def offer(
             for place in there:
                 if issubclass(cls, Law) and cls.shares and not _held(problem, place):
                     continue  # where no spring is, none can slip or have play
-                if candidate := _candidate(cls, place, around(place)):
+                candidate = _candidate(cls, place, around(place))
+                if candidate is not None and _has_a_model(candidate.starts[0], problem):
                     out.append(candidate)
         return out
 
@@ -69,6 +70,19 @@ def _candidate(cls: type[Mechanism], place: str, around) -> Candidate | None:  #
     starts = cls.starts(place, around)
     sound = [s for s in starts if all(np.isfinite(v) for v in s.values.values())]
     return Candidate(tuple(sound), priors_of(sound)) if sound else None
+
+
+def _has_a_model(mechanism: Mechanism, problem: Problem) -> bool:
+    """Return whether what an instrument of inputs does can be taken back from what they read.
+
+    One that passes nothing at once, or mixes inputs with outputs, cannot.
+    """
+    driven = set(problem.model.inputs)
+    if not isinstance(mechanism, ChannelFault) or driven.isdisjoint(mechanism.channels):
+        return True
+    instrument = mechanism.instrument(0.0)
+    through = np.eye(1) if instrument is None else instrument.D
+    return driven.issuperset(mechanism.channels) and np.linalg.matrix_rank(through) == len(through)
 
 
 def _held(problem: Problem, place: str) -> bool:
