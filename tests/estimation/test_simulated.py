@@ -243,7 +243,8 @@ def test_from_one_dashpot_values_nearby_go_on_to_its_neighbour_until_the_likelie
     z[[u.name for u in of.unknowns].index("input noise 0")] += np.log(0.02 / 2e-3)
     best = evaluate(of, z, derivatives=False)
     (wanted,) = best.averages
-    at = averages.SHARES.index(wanted.share)
+    every = (0.0, *averages.SHARES)
+    at = every.index(wanted.share)
     assert at > 0
     near = [replace(wanted, share=0.0, slopes=0 * wanted.slopes)]
     shares, last = [], -np.inf
@@ -251,7 +252,7 @@ def test_from_one_dashpot_values_nearby_go_on_to_its_neighbour_until_the_likelie
         found = evaluate(of, z, derivatives=False, near=near)
         near, (one,) = found.averages, found.averages
         assert found.log_likelihood >= last
-        shares, last = [*shares, averages.SHARES.index(one.share)], found.log_likelihood
+        shares, last = [*shares, every.index(one.share)], found.log_likelihood
     assert shares[0] == 1  # one further at a time
     assert np.all(np.diff(shares) <= 1)
     assert found.log_likelihood == pytest.approx(best.log_likelihood, abs=1.0)

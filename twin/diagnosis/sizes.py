@@ -142,7 +142,8 @@ class _Hidden:
         read: list[Array | None] = [None] * len(mechanisms)
         h, n = hypothesis.problem.step_s, len(model.coordinates)
         lengths = [len(s.trial.y) for s in beside]
-        acting = pushes(hypothesis, z, beside) if unexplained or any(disturbing) else []
+        heard = beside and (unexplained or any(disturbing))
+        acting = pushes(hypothesis, z, beside) if heard else []
         for i, (mechanism, push) in enumerate(zip(mechanisms, acting, strict=False)):
             if isinstance(mechanism, Disturbance):
                 read[i] = read_of_disturbance(mechanism, lengths, model, h)

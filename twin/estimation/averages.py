@@ -30,10 +30,10 @@ from twin.estimation.unknown_forces import unknown_forces
 
 Array = NDArray[np.float64]
 
-SHARES = (0.0, 0.1, 0.3, 1.0, 10.0, 100.0)
+SHARES = (0.1, 0.3, 1.0, 10.0, 100.0)
 """Of the dashpot that a law is on the average of a motion, what it may be for small deviations from
-it: none, little where friction slides, any where it holds. Where one is known nearby its neighbours
-are tried."""
+it, beside none: little where friction slides, any where it holds. Where one is known nearby its
+neighbours are tried."""
 
 ROUNDS = 10
 """Gauss-Newton steps at most to the state that a simulation begins with, each followed by another
@@ -202,10 +202,11 @@ def _holding(
 
 def _shares(near: LawAverages) -> tuple[float, ...]:
     """Return the shares of dashpots to try beside what was found nearby, all where nothing was."""
+    every = (0.0, *SHARES)
     if near.start is None:
-        return SHARES
-    at = SHARES.index(near.share)
-    return SHARES[max(at - 1, 0) : at + 2]
+        return every
+    at = every.index(near.share)
+    return every[max(at - 1, 0) : at + 2]
 
 
 def _ringing(model: Model, here: Assembly, system: System, trial: Trial) -> Array:
