@@ -29,16 +29,25 @@ def candidate(*starts):
     return Candidate(starts, priors_of(starts))
 
 
-@pytest.fixture(scope="module")
-def score():
-    """A score test of the twin with the cubic spring that its recordings have."""
-    train = [recorded(lumped(SPRING), seed, scale=0.6) for seed in (1, 2)]
-    problem = prepare(lumped(), train, [recorded(lumped(SPRING), 3)]).train
+def scored(law, scale, seconds):
+    """A score test of the twin with a law that its recordings have."""
+    train = [recorded(lumped(law), seed, scale=scale, seconds=seconds) for seed in (1, 2)]
+    problem = prepare(lumped(), train, [recorded(lumped(law), 3)]).train
     blank = Hypothesis(problem)
     scales = scales_of(problem, motions(problem, blank, fit(blank).z))
-    grown = added(replace(blank, scales=scales), candidate(SPRING), SPRING)
-    start = moved_to(grown, blank, np.zeros(len(blank.unknowns)), SPRING)
+    grown = added(replace(blank, scales=scales), candidate(law), law)
+    start = moved_to(grown, blank, np.zeros(len(blank.unknowns)), law)
     return ScoreTest(grown, fit(grown, widened(grown, start)))
+
+
+@pytest.fixture(scope="module")
+def score():
+    return scored(SPRING, 0.6, 12.0)
+
+
+@pytest.fixture(scope="module")
+def stopped():
+    return scored(Bumper("storey2", 3000.0, 2e-3), 1.0, 6.0)
 
 
 @pytest.mark.parametrize("small", [SensorGain("acc_floor1", 1.02), Stiffness("storey1", 5.0)])
@@ -94,16 +103,3 @@ def test_blows_at_a_stop_leave_as_much_uncertain_beside_what_has_states_of_its_o
         there = after[sample][np.ix_(own, own)]
         np.testing.assert_allclose(there, kick[: 2 * n, : 2 * n], rtol=0.02, atol=1e-3 * kick.max())
     assert np.isfinite(stopped.whole(candidate(more), more))
-
-
-@pytest.fixture(scope="module")
-def stopped():
-    """A score test of the twin with the stop that its recordings have."""
-    stop = Bumper("storey2", 3000.0, 2e-3)
-    train = [recorded(lumped(stop), seed, scale=1.0, seconds=6.0) for seed in (1, 2)]
-    problem = prepare(lumped(), train, [recorded(lumped(stop), 3)]).train
-    blank = Hypothesis(problem)
-    scales = scales_of(problem, motions(problem, blank, fit(blank).z))
-    grown = added(replace(blank, scales=scales), candidate(stop), stop)
-    start = moved_to(grown, blank, np.zeros(len(blank.unknowns)), stop)
-    return ScoreTest(grown, fit(grown, widened(grown, start)))

@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.straight import prefiltered
+from twin.estimation.acting import pushed
 from twin.estimation.law_averages import LawAverages
 from twin.estimation.model import Assembly, Trial, Unknown
 from twin.estimation.passing import Run
-from twin.estimation.system import System, transition
+from twin.estimation.system import System
 from twin.mechanisms.mechanism import Law, Mechanism
 
 Array = NDArray[np.float64]
@@ -46,12 +47,12 @@ class Linearised:
     @classmethod
     def of(cls, hypothesis: Hypothesis, runs: Sequence[Run]) -> Linearised:
         """Return a hypothesis linearised about the passes of its fit."""
-        rest, pushed = [], []
+        rest, before = [], []
         for passed in runs:
             system = passed.sampled.system
             rest.append(passed.f - passed.x @ passed.averages.tangent(system).T)
-            pushed.append(_pushed(system, hypothesis.problem.step_s))
-        return cls(hypothesis, tuple(r.averages for r in runs), tuple(rest), tuple(pushed))
+            before.append(pushed(system, hypothesis.problem.step_s))
+        return cls(hypothesis, tuple(r.averages for r in runs), tuple(rest), tuple(before))
 
     def beside(self, hypothesis: Hypothesis) -> Linearised:
         """Return another hypothesis with the same laws, linearised alike."""
@@ -135,7 +136,7 @@ class Linearised:
         known, before = self.averages[index].kicks, self.pushed[index]
         if not known or len(system.A) == len(before):
             return known
-        moved = _pushed(system, self.problem.step_s) @ np.linalg.pinv(before)
+        moved = pushed(system, self.problem.step_s) @ np.linalg.pinv(before)
         return {sample: moved @ kick @ moved.T for sample, kick in known.items()}
 
     def _trials(self, trials: Sequence[Trial]) -> tuple[Trial, ...]:
@@ -146,12 +147,6 @@ class Linearised:
             u, between = np.hstack([own.u, rest]), np.hstack([own.between, lines])
             out.append(Trial(u, between, own.y, own.step_s, missed=own.missed))
         return tuple(out)
-
-
-def _pushed(system: System, step_s: float) -> Array:
-    """Return what forces of the laws that are held over a sample do to the state, (n, l)."""
-    with np.errstate(all="ignore"):  # what runs away has no likelihood
-        return transition(system.A, system.E, step_s, 0)[1]
 
 
 def _with_inputs(system: System, averages: LawAverages) -> System:

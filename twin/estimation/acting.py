@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.estimation.law_averages import LawAverages, both
-from twin.estimation.system import Sampled, transition
+from twin.estimation.system import Sampled, System, transition
 
 Array = NDArray[np.float64]
 
@@ -38,7 +38,7 @@ def while_acting(
         return averages
     more = np.square(errors) - (np.square(known) if known else 0.0)
     system, step_s = plant.system, plant.steps * plant.step_s
-    moved = transition(system.A, system.E, step_s, 0)[1]
+    moved = pushed(system, step_s)
     # a law may begin to act, or end, within the sample
     within = np.maximum(np.abs(forces[:-1]), np.abs(forces[1:])) ** 2 * more
     at = np.flatnonzero(np.any(within != 0.0, axis=1))
@@ -49,3 +49,8 @@ def while_acting(
         kicks[sample] = np.asarray(kick + kicks.get(sample, 0.0))
     blur = both(averages.blur, forces**2 * more @ (system.F**2).T)
     return replace(averages, blur=blur, kicks=kicks, acting=forces, errors=tuple(errors))
+
+
+def pushed(system: System, step_s: float) -> Array:
+    """Return what unit forces of the laws that are held over a sample do to the state, (n, l)."""
+    return transition(system.A, system.E, step_s, 0)[1]
