@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import mujoco
-import numpy as np
 
 from twin.contract import names_in
 from twin.errors import ModelError, available
 from twin.mechanisms.mechanism import Mechanism
 from twin.mechanisms.replay import in_words, replay
-from twin.model.shaking import LARGE_MASS, shaken
+from twin.model.shaking import shaken
 from twin.model_files import shipped_names
-
-GROUND_DRIVE = "ground acceleration"
-"""The actuator that prescribes the ground's acceleration; the contract has no such name."""
 
 SIZE_LIMIT = 64 * 2**20
 """Largest MJCF file that is read [bytes]."""
@@ -134,7 +130,7 @@ def driven(
     mjcf: str,
     source: str,
     clamped: bool,
-    ground_driven: bool | Iterable[str],
+    axes: Sequence[str] = (),
     mechanisms: Iterable[Mechanism] = (),
 ) -> mujoco.MjModel:
     """Compile for a simulation: inputs become integrators, so that they are linear between samples.
@@ -146,17 +142,13 @@ def driven(
     Args:
         mjcf: the model's text.
         source: its name, for messages.
-        clamped: whether a joint ``ground`` is held fast.
-        ground_driven: whether the body ``ground`` is driven along x (by the actuator
-            ``GROUND_DRIVE``), or the axes along which all that stands in the world is shaken (by
-            the actuators ``twin.model.shaking.drive_name``).
+        clamped: whether a joint ``ground`` is held fast; it is on a ground that is shaken.
+        axes: along which all that stands in the world is shaken, by the actuators
+            ``twin.model.shaking.drive_name``.
         mechanisms: what the model has beyond its text.
     """
-    on_table = ground_driven is True
-    spec = _structured(mjcf, source, clamped and not on_table)
+    spec = _structured(mjcf, source, clamped or bool(axes))
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_RK4
-    if on_table:
-        _drive_ground(spec, source)
     replay(spec, mechanisms)
     for actuator in spec.actuators:
         if actuator.dyntype != mujoco.mjtDyn.mjDYN_NONE:
@@ -169,40 +161,6 @@ def driven(
                 actuator.forcelimited = mujoco.mjtLimited.mjLIMITED_TRUE
                 actuator.forcerange = actuator.gainprm[0] * actuator.ctrlrange
     spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
-    if not isinstance(ground_driven, bool) and (axes := tuple(ground_driven)):
-        spec = shaken(spec, axes, source)
+    if axes:
+        spec = shaken(spec, tuple(axes), source)
     return _compiled(spec, source)
-
-
-def carries_all(mjcf: str, source: str) -> bool:
-    """Whether everything that moves stands on a body ``ground`` that moves along x at most."""
-    model = as_written(mjcf, source)
-    ground = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "ground")
-    if ground < 0 or model.body_parentid[ground] != 0:
-        return False
-    own = [k for k in range(model.njnt) if model.jnt_bodyid[k] == ground]
-    straight = all(
-        model.jnt_type[k] == mujoco.mjtJoint.mjJNT_SLIDE and model.jnt_axis[k, 0] == 1 for k in own
-    )
-    return straight and bool(np.all(model.body_rootid[model.jnt_bodyid] == ground))
-
-
-def _drive_ground(spec: mujoco.MjSpec, source: str) -> None:
-    """Give the ground a huge mass and a force to match: its acceleration is then prescribed."""
-    total = float(as_written_mass(spec, source))
-    joint = spec.joint("ground")
-    if joint is None:
-        body = spec.body("ground")
-        joint = body.add_joint(name="ground", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[1, 0, 0])
-    joint.armature = LARGE_MASS * total
-    joint.stiffness = [0, 0, 0]
-    joint.damping = [0, 0, 0]
-    drive = spec.add_actuator(name=GROUND_DRIVE, target="ground")
-    drive.trntype = mujoco.mjtTrn.mjTRN_JOINT
-    drive.set_to_motor()
-    drive.gear = [LARGE_MASS * total, 0, 0, 0, 0, 0]
-
-
-def as_written_mass(spec: mujoco.MjSpec, source: str) -> float:
-    """Total mass of a model [kg]."""
-    return float(_compiled(spec.copy(), source).body_mass.sum())

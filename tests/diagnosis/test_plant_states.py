@@ -8,6 +8,7 @@ from scipy.linalg import solve_continuous_lyapunov
 from twin.diagnosis.discrepancy import Discrepancy
 from twin.diagnosis.plant import plant_of
 from twin.diagnosis.prepare import prepare
+from twin.mechanisms.sensor_highpass import SensorHighpass
 from twin.mechanisms.unmeasured_force import UnmeasuredForce
 
 
@@ -46,3 +47,24 @@ def test_a_latent_force_pushes_its_port_and_a_latent_reading_its_output(model):
     ]
     np.testing.assert_array_equal(plant.system.A[:n, :n], bare.A)
     np.testing.assert_array_equal(plant.system.C[:, :n], bare.C)
+
+
+def response(system, columns, B, D, w):
+    """What outputs show of inputs at circular frequencies w, (k, m, inputs)."""
+    n = len(system.A)
+    return np.array([system.C @ np.linalg.solve(1j * x * np.eye(n) - system.A, B[:, columns])
+                     + D[:, columns] for x in w])  # fmt: skip
+
+
+def test_an_input_that_was_high_passed_drives_the_structure_as_it_was_before(model):
+    (name,) = model.inputs
+    corner, w = 0.7, 2 * np.pi * np.array([0.1, 0.7, 3.0, 11.0])
+    readings = {name: 2.0, **dict.fromkeys(model.outputs, 1.0)}
+    bare = plant_of(model, (), (), readings).system
+    plant = plant_of(model, (SensorHighpass(name, corner),), (), readings)
+    system, passed = plant.system, 1j * w / (1j * w + 2 * np.pi * corner)
+    whole = response(bare, [0], bare.B, bare.D, w) / passed[:, None, None]
+    np.testing.assert_allclose(response(system, [0], system.B, system.D, w), whole, rtol=1e-9)
+    # its noise is in the reading
+    np.testing.assert_allclose(response(system, [0], system.W, system.V, w), whole, rtol=1e-9)
+    assert plant.start.tolist() == [[4.0]]

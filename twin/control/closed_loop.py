@@ -12,7 +12,6 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from twin import compiling
 from twin.contract import channel_sensors
 from twin.control.absorber import SHAKE_TABLE
 from twin.control.controller import Controller
@@ -25,6 +24,7 @@ from twin.instruments import Instrument
 from twin.laboratory.excitation import Excitation, TimeBase
 from twin.laboratory.experiment import stream
 from twin.linearise import equilibrium
+from twin.model.shaking import drive_name
 
 Array = NDArray[np.float64]
 
@@ -181,7 +181,7 @@ def _roll(
     samples = (len(force) - 1) // inner
     data = mujoco.MjData(model)
     data.qpos[:] = equilibrium(model)
-    drive = compiling.GROUND_DRIVE if plant.known_input == SHAKE_TABLE else plant.known_input
+    drive = drive_name("x") if plant.known_input == SHAKE_TABLE else plant.known_input
     driven, motor = model.actuator(drive).id, model.actuator(TORQUE).id
     address = model.actuator_actadr
     data.act[address[driven]] = force[0]

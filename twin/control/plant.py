@@ -83,7 +83,7 @@ class Plant:
 
     def compile(self) -> mujoco.MjModel:
         """Return the model to simulate: its actuators integrate (``twin.compiling``)."""
-        table = self.known_input == SHAKE_TABLE
+        table = ("x",) if self.known_input == SHAKE_TABLE else ()
         rig = self.rig
         model = compiling.driven(rig.mjcf, rig.source, rig.clamped, table, rig.mechanisms)
         self.perturbation.apply(model)

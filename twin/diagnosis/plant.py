@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis.discrepancy import Discrepancy
-from twin.diagnosis.plant_states import Plant, Shaped, driven, read_by
+from twin.diagnosis.plant_states import Plant, Shaped, driven, driven_as_read, read_by
 from twin.diagnosis.scales import ROUNDING
 from twin.diagnosis.straight import calmed, well_damped
 from twin.errors import NoLikelihoodError
@@ -37,7 +37,7 @@ def plant_of(
         model: the structure as it stands.
         mechanisms: in any order.
         latent: each discrepancy.
-        readings: RMS of each output.
+        readings: RMS of each channel.
         noise_gain: by what noise stirs each of the first coordinates more than it does in steps
             from sample to sample, (n,), 0 where none is to; 1 without.
         pseudo_forces: further inputs, each a force on one of the first coordinates.
@@ -164,18 +164,6 @@ def _seen_through(
     sampled_s: float | None,
 ) -> Plant:  # fmt: skip
     """Return the plant whose channels are read through a faulty instrument."""
-    system = plant.system
-    if all(name in model.inputs for name in fault.channels):
-        instrument = fault.instrument(0.0)
-        if instrument is None:
-            return plant
-        # the true input is what was recorded, taken back
-        at = [model.inputs.index(name) for name in fault.channels]
-        B, D = np.array(system.B), np.array(system.D)
-        inverse = np.linalg.inv(instrument.D)
-        B[:, at], D[:, at] = B[:, at] @ inverse, D[:, at] @ inverse
-        return replace(plant, system=replace(system, B=B, D=D))
-    rows = [model.outputs.index(name) for name in fault.channels]
     instrument = fault.instrument(max(readings[name] for name in fault.channels))
     if instrument is None:
         return plant
@@ -183,4 +171,6 @@ def _seen_through(
         c = instrument.B.shape[1]
         A, BG = calmed(instrument.A, np.hstack([instrument.B, instrument.G]), sampled_s)
         instrument = replace(instrument, A=A, B=BG[:, :c], G=BG[:, c:])
-    return read_by(plant, rows, instrument)
+    if all(name in model.inputs for name in fault.channels):
+        return driven_as_read(plant, [model.inputs.index(n) for n in fault.channels], instrument)
+    return read_by(plant, [model.outputs.index(n) for n in fault.channels], instrument)

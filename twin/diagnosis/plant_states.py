@@ -138,12 +138,41 @@ def read_by(plant: Plant, rows: Sequence[int], instrument: Instrument) -> Plant:
     for matrix in (C, D, F, V):
         matrix[pick] = instrument.D @ matrix[pick]
     C[pick, n:] = instrument.C
-    g = instrument.G.shape[1]
-    G = np.hstack([grown.G, np.zeros((n + k, g))])
-    if g:
-        G[n:, -g:] = instrument.G
-    out = replace(grown, A=A, B=B, E=E, W=W, C=C, D=D, F=F, V=V, G=G)
+    out = replace(grown, A=A, B=B, E=E, W=W, C=C, D=D, F=F, V=V, G=_stirring(grown, instrument))
     return replace(plant, system=out, start=_beside(plant.start, instrument.start))
+
+
+def driven_as_read(plant: Plant, columns: Sequence[int], instrument: Instrument) -> Plant:
+    """Return the plant whose inputs, at these columns, are what an instrument has read of them.
+
+    What drives it is the reading taken back: for a reading C s + D u, u = D^-1 (reading - C s).
+    Noise of an input is in its reading.
+
+    Raises:
+        numpy.linalg.LinAlgError: an instrument that passes nothing at once.
+    """
+    system, k = plant.system, len(instrument.A)
+    n, pick = len(system.A), list(columns)
+    inverse = np.linalg.inv(instrument.D)
+    grown = _grown(system, k)
+    A, B, C, D, W, V = grown.A, grown.B, grown.C, grown.D.copy(), grown.W, grown.V.copy()
+    for states, outputs in ((B, D), (W, V)):
+        states[:n, pick] = states[:n, pick] @ inverse
+        states[n:, pick] = instrument.B @ inverse
+        outputs[:, pick] = outputs[:, pick] @ inverse
+    A[n:, n:] = instrument.A
+    A[:, n:] -= B[:, pick] @ instrument.C
+    C[:, n:] = -D[:, pick] @ instrument.C
+    out = replace(grown, A=A, B=B, C=C, D=D, W=W, V=V, G=_stirring(grown, instrument))
+    return replace(plant, system=out, start=_beside(plant.start, instrument.start))
+
+
+def _stirring(grown: System, instrument: Instrument) -> Array:
+    """Return the entry of white noises, an instrument's own at its states, the last ones."""
+    k, g = instrument.G.shape
+    own = np.zeros((len(grown.A), g))
+    own[len(own) - k :] = instrument.G
+    return np.hstack([grown.G, own])
 
 
 def _grown(system: System, k: int) -> System:

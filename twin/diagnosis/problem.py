@@ -135,9 +135,10 @@ class Problem:
 
     @cached_property
     def readings(self) -> Mapping[str, float]:
-        """RMS of every output over all recordings, by name."""
-        levels = rms_of(np.vstack([r.y for r in self.recordings]))
-        return dict(zip(self.model.outputs, levels.tolist(), strict=True))
+        """RMS of every channel over all recordings, by name."""
+        levels = rms_of(np.vstack([np.hstack([r.u, r.y]) for r in self.recordings]))
+        names = (*self.model.inputs, *self.model.outputs)
+        return dict(zip(names, levels.tolist(), strict=True))
 
     @cached_property
     def frequencies(self) -> Array:

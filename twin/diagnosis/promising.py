@@ -103,7 +103,7 @@ def grown_by(here: Hypothesis, before: Explanation, scores: Sequence[Score]) -> 
         grown, z = more, moved_to(more, grown, z, score.start)
         shift |= score.shift if len(scores) == 1 else {}
     moved = z + np.array([shift.get(u.name, 0.0) for u in grown.unknowns])
-    _, z = likeliest(grown, [z, *beginnings(grown, moved)])
+    _, z = likeliest(on_a_part(grown) or grown, [z, *beginnings(grown, moved)])
     return Begun(grown, z, sum(score.gain for score in scores))
 
 

@@ -9,8 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.channel import AXES, GROUND, bare
-from twin.compiling import GROUND_DRIVE
-from twin.contract import names_in
 from twin.laboratory.analyser import straight_lines
 from twin.model.rest import Reduced
 from twin.model.sensing import sensor_columns
@@ -39,7 +37,7 @@ def smoothed(
         model: as it was simulated, with integrators as actuators.
         inputs: actuator or ground's axis -> values, (samples,).
     """
-    parts = direct_parts(model, [_drive(model, name) for name in inputs])
+    parts = direct_parts(model, [_drive(name) for name in inputs])
     bent = np.array([straight_lines(values) - values for values in inputs.values()])
     return {
         name: values + parts[name] @ bent if name in parts and np.any(parts[name]) else values
@@ -68,10 +66,9 @@ def direct_parts(model: mujoco.MjModel, actuators: Sequence[str]) -> dict[str, A
     return {name: parts[:, column] for name, column in sensor_columns(model).items()}
 
 
-def _drive(model: mujoco.MjModel, name: str) -> str:
+def _drive(name: str) -> str:
     """Return the actuator that has an input in the simulated model."""
     if not bare(name).startswith(GROUND):
         return name
     axis = name.removeprefix(GROUND).lstrip(".") or AXES[0]
-    there = names_in(model)["actuator"]
-    return next(drive for drive in (drive_name(axis), GROUND_DRIVE) if drive in there)
+    return drive_name(axis)

@@ -21,7 +21,7 @@ def law(drift: Any, rate: Any, memory: Any, time: Any, coefficient: Any) -> Any:
 
 @dataclass(frozen=True)
 class QuadraticDrag(Law):
-    """f = c v |v|, with the absolute velocity v.
+    """f = c v |v|, with the velocity v in the world, which moves with a ground that is shaken.
 
     Source: Newton 1687; in structures, Morison et al. 1950.
     """

@@ -232,12 +232,7 @@ class Twin(Presentable):
             axes: along which the ground's motion is prescribed.
         """
         text = (self.mjcf, self.source)
-        if not axes:
-            return compiling.driven(*text, self.clamped, False, self.mechanisms), {}
-        if set(axes) == {"x"} and compiling.carries_all(*text):
-            model = compiling.driven(*text, self.clamped, True, self.mechanisms)
-            return model, {"x": compiling.GROUND_DRIVE}
-        model = compiling.driven(*text, True, axes, self.mechanisms)
+        model = compiling.driven(*text, self.clamped, axes, self.mechanisms)
         return model, {axis: drive_name(axis) for axis in axes}
 
     def recorded(self, columns: Mapping[str, Array], rate_hz: float) -> dict[str, Array]:
