@@ -177,3 +177,10 @@ def test_where_a_motion_is_less_than_a_step_its_readings_are_left_out():
     loud = np.round(5 * np.random.default_rng(1).standard_normal(4096))
     assert not fault.spoiled(loud).any()
     assert not ALL["sensor_quantisation"]("acc", 0.0).spoiled(np.zeros(4096)).any()
+
+
+def test_what_was_high_passed_from_rest_is_taken_back():
+    values = np.random.default_rng(8).standard_normal(500)
+    fault = ALL["sensor_highpass"]("acc", 3.0)
+    undone = fault.undo(fault.distort({"acc": values}, RATE), RATE)["acc"]
+    np.testing.assert_allclose(undone, values, atol=1e-12)

@@ -34,11 +34,17 @@ class SensorHighpass(ChannelFault):
 
     def distort(self, columns: Mapping[str, Array], rate_hz: float) -> dict[str, Array]:
         """Return the channels, filtered."""
-        if not self.corner:
-            return dict(columns)
-        half = pi * self.corner / rate_hz
-        b, a = [1 / (1 + half), -1 / (1 + half)], [1.0, (half - 1) / (half + 1)]
+        b, a = self._rule(rate_hz)
         return self._change(columns, lambda x: np.asarray(lfilter(b, a, x)))
+
+    def undo(self, columns: Mapping[str, Array], rate_hz: float) -> dict[str, Array]:
+        """Return what was filtered, from rest."""
+        b, a = self._rule(rate_hz)
+        return self._change(columns, lambda x: np.asarray(lfilter(a, b, x)))
+
+    def _rule(self, rate_hz: float) -> tuple[list[float], list[float]]:
+        half = pi * self.corner / rate_hz
+        return [1 / (1 + half), -1 / (1 + half)], [1.0, (half - 1) / (half + 1)]
 
     def instrument(self, rms: float) -> Instrument:
         """Return the low-passed part, which is taken off, as its state."""
