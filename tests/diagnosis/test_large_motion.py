@@ -73,3 +73,27 @@ def test_a_structure_that_moves_far_on_straight_lines_is_taken_as_it_moves():
     kept, _ = choose(prepare(Twin.load("two_storey"), [first], [second]).train)
     assert kept.geometry is not None
     assert motion_in_words(kept) == ()
+
+
+def shaken(seed):
+    """A portal shaken sideways, whose floors turn by up to 0.01 rad."""
+    rate, fine, rng = 128.0, 8, np.random.default_rng(seed)
+    time = np.arange(1536 * fine) / (rate * fine)
+    waves = [np.cos(2 * np.pi * f * time + rng.uniform(0, 6.3)) for f in np.linspace(0.5, 12, 100)]
+    ground = 0.15 * np.sum(waves, axis=0) * np.minimum(time, 1.0)
+    moved = Twin.load("portal_3d").simulate({}, rate * fine, len(ground), {"y": ground})
+    names = [f"acc_floor{i}_{end}.{axis}" for i in (1, 2) for end in "ab" for axis in "xy"]
+    columns = {f"{name} [m/s^2]": moved.column(name)[::fine] for name in names}
+    columns = {n: x + 1e-3 * np.std(x) * rng.standard_normal(len(x)) for n, x in columns.items()}
+    columns["acc_ground.y [m/s^2]"] = ground[::fine]
+    return Recording.build(rate, columns, f"shaken{seed}.csv")
+
+
+def test_a_structure_of_unknown_numbers_that_is_shaken_far_is_no_other_model():
+    # what identifies such numbers simulates linear equations; what they leave out is said
+    unknown = prepare(Twin.load("portal_3d"), [shaken(1)], [shaken(2)], 1.0, 1.0)
+    assert unknown.simulated
+    assert any("too far for linear equations" in note for note in unknown.notes)
+    known = prepare(Twin.load("portal_3d"), [shaken(1)], [shaken(2)])
+    assert known.train.geometry is not None
+    assert not any("too far" in note for note in known.notes)

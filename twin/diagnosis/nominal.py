@@ -26,7 +26,8 @@ from twin.model import Twin
 from twin.model.amplitudes import Effect, effects
 from twin.model.contents import nonlinear_elements
 from twin.model.free_run import free_run
-from twin.model.self_check import NOTED, self_check
+from twin.model.geometry import Geometry
+from twin.model.self_check import NOTED, SelfCheck, self_check
 
 Array = NDArray[np.float64]
 
@@ -75,8 +76,15 @@ def with_known(twin: Twin, problem: Problem) -> tuple[Problem, tuple[str, ...]]:
     return known, found.notes
 
 
-def checked(twin: Twin, problem: Problem) -> tuple[str, ...]:
+def checked(
+    twin: Twin, problem: Problem, left_out: Geometry | None = None
+) -> tuple[str, ...]:  # fmt: skip
     """Lay MuJoCo's motion beside the equations' in the loudest recording; return notes.
+
+    Args:
+        twin: the nominal one.
+        problem: its equations and the recordings.
+        left_out: what large motion adds, if the equations do without; that is but a note.
 
     Raises:
         ModelError: they are another model; the message names the element, joint or mode.
@@ -90,17 +98,25 @@ def checked(twin: Twin, problem: Problem) -> tuple[str, ...]:
     times = np.arange(finer * (len(u) - 1) + 1) / finer
     fine = np.column_stack([np.interp(times, np.arange(len(u)), values) for values in u.T])
     inputs = dict(zip(model.inputs, fine.T, strict=True))
-    predicted = None
-    if problem.known or problem.geometry:
-        predicted = _predicted(problem, fine, finer * rate)
     size = {n: float(s) for n, s in zip(model.outputs, _levels(loudest), strict=True)}
-    check = self_check(twin, inputs, model.outputs, finer * rate, noise=size,
-                       predicted=predicted, decimation=finer)  # fmt: skip
-    if check.differences[check.worst] > ANOTHER and not check.passed:
+
+    def beside(geometry: Geometry | None) -> SelfCheck:
+        predicted = None
+        if problem.known or geometry:
+            predicted = _predicted(problem, geometry, fine, finer * rate)
+        return self_check(twin, inputs, model.outputs, finer * rate, noise=size,
+                          predicted=predicted, decimation=finer)  # fmt: skip
+
+    check = beside(problem.geometry)
+    if _another(check) and (left_out is None or _another(beside(left_out))):
         raise ModelError(f"{twin.source}: {check}{_creeping(twin)}")
     if check.of_noise[check.worst] > NOTED:
         return (f"{loudest.name}: {check}",)
     return ()
+
+
+def _another(check: SelfCheck) -> bool:
+    return check.differences[check.worst] > ANOTHER and not check.passed
 
 
 def _creeping(twin: Twin) -> str:
@@ -120,13 +136,15 @@ def _creeping(twin: Twin) -> str:
     )
 
 
-def _predicted(problem: Problem, u: Array, rate: float) -> dict[str, Array]:
+def _predicted(
+    problem: Problem, geometry: Geometry | None, u: Array, rate: float
+) -> dict[str, Array]:  # fmt: skip
     """Return the equations' motion from rest: linear ones, laws, and what large motion adds."""
     model = problem.model
     moved = rollout(model, problem.known, dict(zip(model.inputs, u.T, strict=True)), rate)
-    if problem.geometry is None:
+    if geometry is None:
         return moved
-    more = problem.geometry.simulated(u, rate)
+    more = geometry.simulated(u, rate)
     return {name: moved[name] + more[:, i] for i, name in enumerate(model.outputs)}
 
 

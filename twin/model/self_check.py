@@ -233,7 +233,8 @@ def _geometry(
     scaled = {key: factor * np.asarray(values, float) for key, values in inputs.items()}
     gentle = missed(factor, simulated(twin, model, scaled, rate_hz))
     strong = missed(1.0, motion)
-    if strong < EXPLAINS * share or gentle > strong / 2:
+    apart = strong < EXPLAINS * share or share < EXPLAINS * strong  # what was predicted knows it
+    if apart or gentle > strong / 2:
         return ""
     return (
         f"joint {name} turns by up to {turned:.3g} rad, too far for linear equations; at "
