@@ -97,3 +97,13 @@ def test_a_structure_of_unknown_numbers_that_is_shaken_far_is_no_other_model():
     known = prepare(Twin.load("portal_3d"), [shaken(1)], [shaken(2)])
     assert known.train.geometry is not None
     assert not any("too far" in note for note in known.notes)
+
+
+def test_motion_that_is_hardly_read_is_that_of_the_calibrated_twin():
+    # sideways shaking hardly moves it along; of slow motion there accelerations tell nothing
+    problem, z = choose(prepare(Twin.load("portal_3d"), [shaken(1)], [shaken(2)]).train)
+    assert problem.geometry is not None
+    blank = Hypothesis(problem)
+    deviations = dict(zip((u.name for u in blank.unknowns), z, strict=True))
+    own = {name: x for name, x in deviations.items() if name.startswith(("stiffness", "mass"))}
+    assert max(abs(x) for x in own.values()) < 1.0

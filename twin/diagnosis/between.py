@@ -25,6 +25,7 @@ from twin.diagnosis.beginning import (
 from twin.diagnosis.candidates import Candidate, motions, priors_of, surroundings
 from twin.diagnosis.filtering import likeliest_filter
 from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.large_motion import ENOUGH, along_its_motion
 from twin.diagnosis.plant import structure_of
 from twin.diagnosis.portion import on_a_part
 from twin.diagnosis.problem import Between, Problem
@@ -38,10 +39,6 @@ Array = NDArray[np.float64]
 FEW = 6
 """Gauss-Newton steps that tell what the inputs do between samples: they differ by thousands of
 nats where it matters."""
-
-ENOUGH = 3.0
-"""Evidence [nat] for anything but band-limited inputs: the odds of 1 to 20 that analysers are; and
-for a structure that does not move as its model does when it moves far."""
 
 KINDS: dict[Between, str] = {
     "band_limited": "band-limited between the samples",
@@ -62,7 +59,8 @@ def choose(problem: Problem) -> tuple[Problem, Array]:
     if set(hypothesis.problem.between) != {"band_limited"}:
         late, z = _late(hypothesis, found)
         other, beside = again(late, fit(late, z))
-        if other.problem != hypothesis.problem and beside.log_evidence > found.log_evidence:
+        turned = other.problem.between != hypothesis.problem.between
+        if turned and beside.log_evidence > found.log_evidence:
             hypothesis = replace(blank, problem=other.problem)
             found = fit(hypothesis, carried(hypothesis, by_name(late, beside.z)))
     return hypothesis.problem, found.z
@@ -104,7 +102,7 @@ def again(
         while before is not hypothesis:
             before = hypothesis
             hypothesis, found = _better(hypothesis, found, others(hypothesis, found), steps, enough)
-            if others not in (_otherwise_filtered, _otherwise_folded):
+            if others not in (_otherwise_large, _otherwise_filtered, _otherwise_folded):
                 break  # of few kinds the best is known; of these only where to look further
     return hypothesis, found
 
@@ -224,8 +222,15 @@ def _otherwise_between(hypothesis: Hypothesis, found: Fit, driven: bool) -> list
 
 
 def _otherwise_large(hypothesis: Hypothesis, found: Fit) -> list[Problem]:
-    """Return without what large motion adds by the model's kinematics, or with it."""
-    return [replace(hypothesis.problem, large=not hypothesis.problem.large)]
+    """Return without what large motion adds by the model's kinematics, or with it.
+
+    And with that along the motion of this very fit: where the twin lacked something, or was not
+    calibrated yet, it had been that along another motion.
+    """
+    with_it = along_its_motion(hypothesis, found.z, found.averages or None)
+    if hypothesis.problem.large:
+        return [replace(hypothesis.problem, large=False), with_it]
+    return [replace(with_it, large=True)]
 
 
 def _otherwise_folded(hypothesis: Hypothesis, found: Fit) -> list[Problem]:

@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis.beginning import added, moved_to
-from twin.diagnosis.between import ENOUGH
 from twin.diagnosis.candidates import Candidate, scales_of
 from twin.diagnosis.detection import NO_PROCESS_NOISE
 from twin.diagnosis.explanation import Explanation
 from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.large_motion import ENOUGH
 from twin.diagnosis.predict import placed
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.scales import TINY

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from twin.diagnosis.errors_of_runs import Errors, Fits
 from twin.diagnosis.explanation import Explanation
 from twin.diagnosis.exported import in_mujoco, twin_of
 from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.large_motion import along_its_motion
 from twin.diagnosis.predict import Predictor, noise_floors, nrmse, placed, predictors
 from twin.diagnosis.prepare import Prepared
 from twin.diagnosis.result import Trace
@@ -83,6 +84,9 @@ def compare(
         for name, (hypothesis, z) in models.items():
             if role == "test":
                 hypothesis, z = placed(hypothesis, z, problem)
+                if hypothesis.problem.geometry is not None:
+                    moved = along_its_motion(hypothesis, z)
+                    hypothesis = replace(hypothesis, problem=moved)
             beside[name] = predictors(hypothesis, z)
         runs = {name: [s.free() for s in each] for name, each in beside.items()}
         windows = {name: [s.ahead() for s in each] for name, each in beside.items()}

@@ -9,21 +9,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.diagnosis.beginning import start_of
-from twin.diagnosis.between import ENOUGH
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.motion import motion_of
 from twin.diagnosis.problem import Problem
+from twin.estimation.fit import fit
+from twin.estimation.law_averages import LawAverages
 from twin.estimation.likelihood import passes
 from twin.model import Twin
 from twin.model.geometry import Geometric, Geometry, geometry_of
 
 Array = NDArray[np.float64]
 
+ENOUGH = 3.0
+"""Evidence [nat] for a structure that does not move as its model does when it moves far: odds of
+1 to 20; and for inputs that are not band-limited, as those of analysers are."""
+
 
 def with_large_motion(twin: Twin, problems: Sequence[Problem]) -> list[Problem]:
     """Return problems with what large motion adds, where the first one's recordings show it.
 
-    The motion is the estimate of a predictor that trusts the nominal model little.
+    Whether they do, a predictor says that trusts the nominal model little; along which motion, the
+    twin calibrated without it. What explains more moves more nearly so (``along_its_motion``).
 
     Args:
         twin: the nominal one.
@@ -32,21 +38,45 @@ def with_large_motion(twin: Twin, problems: Sequence[Problem]) -> list[Problem]:
     geometry = geometry_of(twin, problems[0].model)
     if geometry is None:
         return list(problems)
-    out: list[Problem] = []
+    blank = Hypothesis(problems[0])
+    if not _seen(problems[0], geometry, _along(blank, geometry, start_of(blank))):
+        return list(problems)
+    out = []
     for problem in problems:
-        every = _along(problem, geometry)
-        if not out and not _seen(problem, geometry, every):
-            return list(problems)
-        pairs = zip(problem.recordings, every, strict=True)
-        recordings = tuple(replace(recording, geometric=more) for recording, more in pairs)
-        out.append(replace(problem, recordings=recordings, kinematics=geometry))
+        blank = Hypothesis(problem)
+        every = _along(blank, geometry, fit(blank, start_of(blank)).z)
+        out.append(_with(problem, geometry, every))
     return out
 
 
-def _along(problem: Problem, geometry: Geometry) -> list[Geometric]:
-    blank, n = Hypothesis(problem), len(problem.model.coordinates)
-    found = []
-    for run, recording in zip(passes(blank, start_of(blank)), problem.recordings, strict=True):
+def along_its_motion(
+    hypothesis: Hypothesis, z: Array, averages: Sequence[LawAverages] | None = None
+) -> Problem:  # fmt: skip
+    """Return the problem of a hypothesis with what large motion adds along the motion it says.
+
+    Args:
+        hypothesis: whose problem has a geometry.
+        z: values of its unknowns, (p,).
+        averages: what its laws do on the average of each recording, where that is known.
+    """
+    problem = hypothesis.problem
+    assert problem.kinematics is not None
+    return _with(problem, problem.kinematics, _along(hypothesis, problem.kinematics, z, averages))
+
+
+def _with(problem: Problem, geometry: Geometry, every: Sequence[Geometric]) -> Problem:
+    pairs = zip(problem.recordings, every, strict=True)
+    recordings = tuple(replace(recording, geometric=more) for recording, more in pairs)
+    return replace(problem, recordings=recordings, kinematics=geometry)
+
+
+def _along(
+    hypothesis: Hypothesis, geometry: Geometry, z: Array,
+    averages: Sequence[LawAverages] | None = None,
+) -> list[Geometric]:  # fmt: skip
+    problem, found = hypothesis.problem, []
+    n = len(problem.model.coordinates)
+    for run, recording in zip(passes(hypothesis, z, averages), problem.recordings, strict=True):
         motion = motion_of(run, n, problem.step_s)
         found.append(geometry.along(motion.q, motion.v, recording.u))
     return found
