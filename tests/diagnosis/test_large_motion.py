@@ -5,12 +5,15 @@ from dataclasses import replace
 import numpy as np
 
 from twin import hammer_test
-from twin.diagnosis.beginning import start_of
-from twin.diagnosis.between import choose, motion_in_words
+from twin.diagnosis.beginning import added, moved_to, start_of
+from twin.diagnosis.between import again, choose, motion_in_words
+from twin.diagnosis.candidates import Candidate, motions, priors_of, scales_of
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.predict import nrmse, predictors
 from twin.diagnosis.prepare import prepare
 from twin.estimation.fit import fit
+from twin.estimation.likelihood import passes
+from twin.mechanisms.cubic_stiffness import CubicStiffness
 from twin.model import Twin
 from twin.model.free_run import free_run
 from twin.recording import Recording
@@ -75,13 +78,14 @@ def test_a_structure_that_moves_far_on_straight_lines_is_taken_as_it_moves():
     assert motion_in_words(kept) == ()
 
 
-def shaken(seed):
+def shaken(seed, twin=None, level=0.15):
     """A portal shaken sideways, whose floors turn by up to 0.01 rad."""
+    twin = twin or Twin.load("portal_3d")
     rate, fine, rng = 128.0, 8, np.random.default_rng(seed)
     time = np.arange(1536 * fine) / (rate * fine)
     waves = [np.cos(2 * np.pi * f * time + rng.uniform(0, 6.3)) for f in np.linspace(0.5, 12, 100)]
-    ground = 0.15 * np.sum(waves, axis=0) * np.minimum(time, 1.0)
-    moved = Twin.load("portal_3d").simulate({}, rate * fine, len(ground), {"y": ground})
+    ground = level * np.sum(waves, axis=0) * np.minimum(time, 1.0)
+    moved = twin.simulate({}, rate * fine, len(ground), {"y": ground})
     names = [f"acc_floor{i}_{end}.{axis}" for i in (1, 2) for end in "ab" for axis in "xy"]
     columns = {f"{name} [m/s^2]": moved.column(name)[::fine] for name in names}
     columns = {n: x + 1e-3 * np.std(x) * rng.standard_normal(len(x)) for n, x in columns.items()}
@@ -107,3 +111,22 @@ def test_motion_that_is_hardly_read_is_that_of_the_calibrated_twin():
     deviations = dict(zip((u.name for u in blank.unknowns), z, strict=True))
     own = {name: x for name, x in deviations.items() if name.startswith(("stiffness", "mass"))}
     assert max(abs(x) for x in own.values()) < 1.0
+
+
+def test_what_a_law_accelerates_has_turned_as_well():
+    cubic = CubicStiffness("storey1_column1_y", 3e6)
+    hardened = Twin.load("portal_3d").including(cubic)
+    first, second = (shaken(seed, hardened, 0.08) for seed in (1, 2))
+    problem, z = choose(prepare(Twin.load("portal_3d"), [first], [second]).train)
+    blank = Hypothesis(problem)
+    scales = scales_of(problem, motions(problem, blank, z))
+    grown = added(replace(blank, scales=scales), Candidate((cubic,), priors_of((cubic,))), cubic)
+    begin = moved_to(grown, blank, z, cubic)  # but for the noise that stood for the law
+    begin = np.where([u.role == "noise" for u in grown.unknowns], 0.0, begin)
+    hypothesis, found = again(grown, fit(grown, begin))
+    assert hypothesis.problem.geometry is not None
+    for run in passes(hypothesis, found.z, found.averages):
+        white = run.e / np.sqrt(np.diagonal(run.gains.innovation[-1]))
+        late, early = white[1:], white[:-1]
+        along = [np.corrcoef(a, b)[0, 1] for a, b in zip(late.T, early.T, strict=True)]
+        assert np.max(np.abs(along)) < 0.15

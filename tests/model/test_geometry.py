@@ -47,6 +47,26 @@ def test_a_cubic_spring_is_left_to_the_law_that_stands_for_it():
     assert forces[0] == pytest.approx(forces[1], abs=1e-6)
 
 
+def test_a_force_that_the_model_does_not_hold_accelerates_what_has_turned_as_an_input_does():
+    double = mjcf(
+        f'<body><joint name="upper" axis="0 1 0"/>{inertial(MASS, -LENGTH)}'
+        f'<body pos="0 0 {-2 * LENGTH}"><joint name="lower" axis="0 1 0"/>'
+        f'{inertial(MASS, -LENGTH)}<site name="bob" pos="0 0 {-LENGTH}"/></body></body>',
+        '<actuator><motor name="motor" joint="upper"/></actuator>'
+        '<sensor><accelerometer name="acc" site="bob"/></sensor>',
+    )
+    twin = Twin(double)
+    model = twin.linear(["motor"], ["acc.x", "acc.z"])
+    geometry, rng = Geometry(twin, model), np.random.default_rng(6)
+    q, v, u = 0.3 * rng.standard_normal((5, 2)), rng.standard_normal((5, 2)), np.ones((5, 1))
+    driven = geometry.along(q, v, u)
+    pushed = geometry.along(q, v, 0 * u, u @ model.B.T)
+    left = geometry.along(q, v, 0 * u)
+    np.testing.assert_allclose(pushed.forces, driven.forces, atol=1e-6)
+    np.testing.assert_allclose(pushed.readings, driven.readings, atol=1e-6)
+    assert np.max(np.abs(left.readings - driven.readings)) > 1e-2
+
+
 @pytest.mark.parametrize(
     ("name", "inputs", "outputs", "level"),
     [

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from twin.diagnosis.beginning import start_of
 from twin.diagnosis.hypothesis import Hypothesis
-from twin.diagnosis.motion import motion_of
+from twin.diagnosis.motion import corrected, pushes_beyond
 from twin.diagnosis.problem import Problem
 from twin.estimation.fit import fit
 from twin.estimation.law_averages import LawAverages
@@ -75,10 +75,12 @@ def _along(
     averages: Sequence[LawAverages] | None = None,
 ) -> list[Geometric]:  # fmt: skip
     problem, found = hypothesis.problem, []
-    n = len(problem.model.coordinates)
-    for run, recording in zip(passes(hypothesis, z, averages), problem.recordings, strict=True):
-        motion = motion_of(run, n, problem.step_s)
-        found.append(geometry.along(motion.q, motion.v, recording.u))
+    n, model = len(problem.model.coordinates), problem.model
+    runs = passes(hypothesis, z, averages)
+    for run, trial, recording in zip(runs, hypothesis.trials, problem.recordings, strict=True):
+        x = corrected(run)
+        q, v = (part[:, :n] for part in run.moved(x))
+        found.append(geometry.along(q, v, recording.u, pushes_beyond(run, x, trial.u, model)))
     return found
 
 

@@ -4,7 +4,8 @@
 
 A structure that turns, twists or leans has inertia, gravity and springs that depend on where it is,
 and sensors that turn with it. For a motion q, q' with inputs u, MuJoCo's acceleration and readings
-less their own tangent at rest are that share, exact at the instant: g and s. Along an estimate of
+less their own tangent at rest are that share, exact at the instant: g and s. Forces that the model
+does not hold accelerate it as well, and are told. Along an estimate of
 the motion they are known to its accuracy, a few per cent of what is itself a few per cent
 (pseudo-force method: Bathe 1996, Finite Element Procedures, section 9.3).
 """
@@ -51,6 +52,7 @@ FINER = 4
 and more, of which straight lines lose (w h)^2 / 12."""
 
 _STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
+_HELD = int(mujoco.mjtState.mjSTATE_CTRL) | int(mujoco.mjtState.mjSTATE_QFRC_APPLIED)
 _STRAIGHT = (int(mujoco.mjtJoint.mjJNT_SLIDE), int(mujoco.mjtJoint.mjJNT_HINGE))
 
 
@@ -109,17 +111,21 @@ class Geometry:
         ]
         self._level, self._tangent = self._about_rest()
 
-    def along(self, q: Array, v: Array, u: Array) -> Geometric:
+    def along(self, q: Array, v: Array, u: Array, pushed: Array | None = None) -> Geometric:
         """Return what a motion adds.
 
         Args:
             q: displacement of the model's coordinates, (samples, n).
             v: their velocity, (samples, n).
             u: inputs, (samples, r).
+            pushed: further forces on the coordinates, which no model holds, (samples, n): turned
+                masses and sensors are accelerated by them as well.
         """
         x = np.hstack([q, v, u])
-        more = self._exact(x) - self._level - x @ self._tangent
+        more = self._exact(x, pushed) - self._level - x @ self._tangent
         n, model = q.shape[1], self._linear
+        if pushed is not None:
+            more -= np.hstack([pushed, pushed @ np.linalg.solve(model.M, model.Ca.T)])
         forces = more[:, :n]
         seen = more[:, n:] - forces @ np.linalg.solve(model.M, model.Ca.T)
         return Geometric(forces, seen)
@@ -159,18 +165,20 @@ class Geometry:
         every = np.hstack([u, forces])
         return free_run(states, every, rate_hz), free_run(wide, every, rate_hz) - model.rest
 
-    def _exact(self, x: Array) -> Array:
-        """Return MuJoCo's M q'' and readings at states and inputs, (samples, n + m)."""
+    def _exact(self, x: Array, pushed: Array | None = None) -> Array:
+        """Return MuJoCo's M q'' and readings at states, inputs and forces, (samples, n + m)."""
         model, n = self._model, self._shapes.shape[1]
         first = np.zeros((len(x), mujoco.mj_stateSize(model, _STATE)))
         first[:, 1 : 1 + model.nq] = self._rest + x[:, :n] @ self._shapes.T
         speeds = slice(1 + model.nq, 1 + model.nq + model.nv)
         first[:, speeds] = x[:, n : 2 * n] @ self._shapes.T
         first[:, 1 + model.nq + model.nv + np.array(self._inputs, int)] = x[:, 2 * n :]
-        still = np.zeros((len(x), 1, model.nu))
+        held = np.zeros((len(x), 1, model.nu + model.nv))
+        if pushed is not None:
+            held[:, 0, model.nu :] = pushed @ np.linalg.solve(self._linear.M, self._momentum)
         mujoco.set_mju_user_warning(lambda message: None)  # else a log file in the user's folder
         try:
-            then, read = rollout.rollout(model, self._data, first, still, skip_checks=False)
+            then, read = rollout.rollout(model, self._data, first, held, control_spec=_HELD)
         finally:
             mujoco.set_mju_user_warning(None)
         acceleration = (then[:, 0, speeds] - first[:, speeds]) / INSTANT_S
