@@ -26,6 +26,16 @@ def test_a_model_without_a_ground_of_its_own_is_shaken_as_its_equations_say(axes
         assert np.abs(found[:, index] - true).max() < 1e-4 * np.abs(true).max(), name
 
 
+def test_an_axis_that_rests_changes_nothing_of_another():
+    twin = Twin.load("two_storey_lumped")
+    ground = np.random.default_rng(3).standard_normal(300)
+    own = twin.simulate({}, 100, 300, ground_acceleration=ground).columns
+    wrapped = twin.simulate({}, 100, 300, {"x": ground, "z": np.zeros(300)})
+    for name in ("acc_floor1", "acc_floor2", "acc_ground", "disp_floor2"):
+        difference = np.abs(own[name] - wrapped.column(name)).max()
+        assert difference < 1e-6 * np.abs(own[name]).max()
+
+
 @pytest.mark.parametrize("again", [False, True], ids=["as it is", "read from its file"])
 def test_a_dashpot_to_the_world_is_shaken_with_it(again):
     twin = Twin.load("two_storey_lumped").including(Damping("floor2", 8.0))

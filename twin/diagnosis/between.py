@@ -227,7 +227,7 @@ def _otherwise_large(hypothesis: Hypothesis, found: Fit) -> list[Problem]:
     And with that along the motion of this very fit: where the twin lacked something, or was not
     calibrated yet, it had been that along another motion.
     """
-    with_it = along_its_motion(hypothesis, found.z, found.averages or None)
+    with_it = along_its_motion(hypothesis, found.z, found.averages)
     if hypothesis.problem.large:
         return [replace(hypothesis.problem, large=False), with_it]
     return [replace(with_it, large=True)]

@@ -10,13 +10,15 @@ from numpy.typing import NDArray
 
 from twin.diagnosis.beginning import start_of
 from twin.diagnosis.hypothesis import Hypothesis
-from twin.diagnosis.motion import corrected, pushes_beyond
+from twin.diagnosis.motion import corrected
 from twin.diagnosis.problem import Problem
 from twin.estimation.fit import fit
 from twin.estimation.law_averages import LawAverages
 from twin.estimation.likelihood import passes
+from twin.estimation.passing import Run
 from twin.model import Twin
 from twin.model.geometry import Geometric, Geometry, geometry_of
+from twin.model.linear import LinearModel
 
 Array = NDArray[np.float64]
 
@@ -74,14 +76,35 @@ def _along(
     hypothesis: Hypothesis, geometry: Geometry, z: Array,
     averages: Sequence[LawAverages] | None = None,
 ) -> list[Geometric]:  # fmt: skip
-    problem, found = hypothesis.problem, []
-    n, model = len(problem.model.coordinates), problem.model
-    runs = passes(hypothesis, z, averages)
-    for run, trial, recording in zip(runs, hypothesis.trials, problem.recordings, strict=True):
-        x = corrected(run)
-        q, v = (part[:, :n] for part in run.moved(x))
-        found.append(geometry.along(q, v, recording.u, pushes_beyond(run, x, trial.u, model)))
-    return found
+    problem = hypothesis.problem
+    pairs = zip(passes(hypothesis, z, averages), hypothesis.trials, strict=True)
+    return [along_pass(geometry, run, corrected(run), trial.u, problem.model)
+            for run, trial in pairs]  # fmt: skip
+
+
+def along_pass(
+    geometry: Geometry, run: Run, x: Array, u: Array, model: LinearModel
+) -> Geometric:  # fmt: skip
+    """Return what large motion adds along a pass over a recording.
+
+    What the pass's own equations accelerate by beyond the nominal ones, but for pseudo-forces, are
+    the forces of laws, changes and disturbances.
+
+    Args:
+        geometry: of the nominal model.
+        run: the pass.
+        x: its states, (samples, states).
+        u: inputs, and pseudo-forces behind them, (samples, inputs).
+        model: the nominal equations.
+    """
+    system, n, r = run.sampled.system, len(model.coordinates), len(model.inputs)
+    q, v = (part[:, :n] for part in run.moved(x))
+    _, a = run.moved(x @ system.A.T + u @ system.B.T + run.f @ system.E.T)
+    inputs, pseudo = u[:, :r], u[:, r : r + n]
+    pushed = a[:, :n] @ model.M.T + v @ model.R.T + q @ model.K.T - inputs @ model.B.T
+    if pseudo.shape[1]:
+        pushed -= pseudo
+    return geometry.along(q, v, inputs, pushed)
 
 
 def _seen(problem: Problem, geometry: Geometry, every: Sequence[Geometric]) -> bool:

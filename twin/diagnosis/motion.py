@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twin.estimation.passing import Run
-from twin.model.linear import LinearModel
 
 Array = NDArray[np.float64]
 
@@ -47,23 +46,3 @@ def corrected(run: Run) -> Array:
     """Return the states of a pass once each sample is read, (samples, states)."""
     gain = run.gains.state[np.minimum(np.arange(len(run.x)), len(run.gains.state) - 1)]
     return np.asarray(run.x + np.einsum("kij,kj->ki", gain, run.e))
-
-
-def pushes_beyond(run: Run, x: Array, u: Array, model: LinearModel) -> Array:
-    """Return the forces on a model's coordinates that it does not hold, but pseudo-forces, (., n).
-
-    Those of laws, changes and disturbances: what the pass's own equations accelerate by besides.
-
-    Args:
-        run: a pass over a recording.
-        x: its states, (samples, states).
-        u: inputs, and pseudo-forces behind them, (samples, inputs).
-        model: the nominal equations.
-    """
-    system, n, r = run.sampled.system, len(model.coordinates), len(model.inputs)
-    q, v = (part[:, :n] for part in run.moved(x))
-    rates = x @ system.A.T + u @ system.B.T + run.f @ system.E.T
-    a = rates[:, system.coordinates : system.coordinates + n]
-    inputs, pseudo = u[:, :r], u[:, r : r + n]
-    held = inputs @ model.B.T - v @ model.R.T - q @ model.K.T
-    return np.asarray(a @ model.M.T - held - (pseudo if pseudo.shape[1] else 0.0))

@@ -26,7 +26,7 @@ from twin.model import Twin
 from twin.model.amplitudes import Effect, effects
 from twin.model.contents import nonlinear_elements
 from twin.model.free_run import free_run
-from twin.model.geometry import Geometry
+from twin.model.geometry import Geometry, geometry_of
 from twin.model.self_check import NOTED, SelfCheck, self_check
 
 Array = NDArray[np.float64]
@@ -76,15 +76,13 @@ def with_known(twin: Twin, problem: Problem) -> tuple[Problem, tuple[str, ...]]:
     return known, found.notes
 
 
-def checked(
-    twin: Twin, problem: Problem, left_out: Geometry | None = None
-) -> tuple[str, ...]:  # fmt: skip
+def checked(twin: Twin, problem: Problem, flat: bool = False) -> tuple[str, ...]:
     """Lay MuJoCo's motion beside the equations' in the loudest recording; return notes.
 
     Args:
         twin: the nominal one.
         problem: its equations and the recordings.
-        left_out: what large motion adds, if the equations do without; that is but a note.
+        flat: whether the equations do without what large motion adds: that is but a note.
 
     Raises:
         ModelError: they are another model; the message names the element, joint or mode.
@@ -108,6 +106,7 @@ def checked(
                           predicted=predicted, decimation=finer)  # fmt: skip
 
     check = beside(problem.geometry)
+    left_out = geometry_of(twin, model) if flat and _another(check) else None
     if _another(check) and (left_out is None or _another(beside(left_out))):
         raise ModelError(f"{twin.source}: {check}{_creeping(twin)}")
     if check.of_noise[check.worst] > NOTED:

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from twin.arrays import rms_of
 from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.large_motion import along_pass
 from twin.diagnosis.measured import Measured
-from twin.diagnosis.motion import pushes_beyond
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.straight import prefiltered
 from twin.estimation.averages import averages_at
@@ -131,8 +131,7 @@ class Predictor:
             q, v = (x[:, :n] for x in passed.moved())
             if geometry is None or not np.all(np.isfinite([q, v])):
                 break
-            pushed = pushes_beyond(passed, passed.x, piece.u, self.problem.model)
-            found = geometry.along(q, v, driving, pushed)
+            found = along_pass(geometry, passed, passed.x, piece.u, self.problem.model)
             forces, readings = found.forces, found.readings
         missed = 0.0 if own.missed is None else own.missed[first:last]
         return self._recorded(readings - passed.e + missed)

@@ -26,7 +26,6 @@ from twin.errors import RecordingError, available
 from twin.estimation.likelihood import passes
 from twin.mechanisms.scales import range_ends
 from twin.model import Twin
-from twin.model.geometry import geometry_of
 from twin.model.linear import LinearModel
 from twin.recording import Recording
 from twin.signals.noise_floor import noise_floor
@@ -165,8 +164,7 @@ def prepare(
     test_problem = replace(
         problems[1], known=train_problem.known, known_scales=train_problem.known_scales
     )
-    left_out = geometry_of(twin, model) if simulated else None
-    notes += [*known, *checked(twin, train_problem, left_out)]
+    notes += [*known, *checked(twin, train_problem, simulated)]
     faults = tuple(f for _, found in read[: len(train)] for f in found)
     return Prepared(
         twin, train_problem, test_problem, kinds, faults, tuple(notes), shaken, simulated

@@ -4,9 +4,9 @@
 
 A structure that turns, twists or leans has inertia, gravity and springs that depend on where it is,
 and sensors that turn with it. For a motion q, q' with inputs u, MuJoCo's acceleration and readings
-less their own tangent at rest are that share, exact at the instant: g and s. Forces that the model
-does not hold accelerate it as well, and are told. Along an estimate of
-the motion they are known to its accuracy, a few per cent of what is itself a few per cent
+less their own tangent at rest are that share, exact at the instant: g and s. Forces of laws that
+the model lacks accelerate what has turned as well, and have to be given. Along an estimate of the
+motion g and s are known to its accuracy, a few per cent of what is itself a few per cent
 (pseudo-force method: Bathe 1996, Finite Element Procedures, section 9.3).
 """
 
@@ -118,17 +118,15 @@ class Geometry:
             q: displacement of the model's coordinates, (samples, n).
             v: their velocity, (samples, n).
             u: inputs, (samples, r).
-            pushed: further forces on the coordinates, which no model holds, (samples, n): turned
-                masses and sensors are accelerated by them as well.
+            pushed: further forces on the coordinates, which the model lacks, (samples, n); none
+                without.
         """
         x = np.hstack([q, v, u])
+        pushed = np.zeros_like(q) if pushed is None else pushed
         more = self._exact(x, pushed) - self._level - x @ self._tangent
         n, model = q.shape[1], self._linear
-        if pushed is not None:
-            more -= np.hstack([pushed, pushed @ np.linalg.solve(model.M, model.Ca.T)])
-        forces = more[:, :n]
-        seen = more[:, n:] - forces @ np.linalg.solve(model.M, model.Ca.T)
-        return Geometric(forces, seen)
+        seen = more[:, n:] - more[:, :n] @ np.linalg.solve(model.M, model.Ca.T)
+        return Geometric(more[:, :n] - pushed, seen)
 
     def moved_by(self, geometric: Geometric, rate_hz: float) -> Array:
         """Return what pseudo-forces change in the outputs of the linear model, (samples, m)."""
@@ -165,7 +163,7 @@ class Geometry:
         every = np.hstack([u, forces])
         return free_run(states, every, rate_hz), free_run(wide, every, rate_hz) - model.rest
 
-    def _exact(self, x: Array, pushed: Array | None = None) -> Array:
+    def _exact(self, x: Array, pushed: Array) -> Array:
         """Return MuJoCo's M q'' and readings at states, inputs and forces, (samples, n + m)."""
         model, n = self._model, self._shapes.shape[1]
         first = np.zeros((len(x), mujoco.mj_stateSize(model, _STATE)))
@@ -174,8 +172,7 @@ class Geometry:
         first[:, speeds] = x[:, n : 2 * n] @ self._shapes.T
         first[:, 1 + model.nq + model.nv + np.array(self._inputs, int)] = x[:, 2 * n :]
         held = np.zeros((len(x), 1, model.nu + model.nv))
-        if pushed is not None:
-            held[:, 0, model.nu :] = pushed @ np.linalg.solve(self._linear.M, self._momentum)
+        held[:, 0, model.nu :] = pushed @ np.linalg.solve(self._linear.M, self._momentum)
         mujoco.set_mju_user_warning(lambda message: None)  # else a log file in the user's folder
         try:
             then, read = rollout.rollout(model, self._data, first, held, control_spec=_HELD)
@@ -189,8 +186,9 @@ class Geometry:
         largest = np.max(np.abs(self._shapes), axis=0)
         sizes = SMALL / np.concatenate([largest, largest, np.ones(len(self._linear.inputs))])
         steps = np.diag(sizes)
-        slope = (self._exact(steps) - self._exact(-steps)) / (2 * sizes[:, None])
-        return self._exact(np.zeros((1, len(steps))))[0], slope
+        none = np.zeros((len(steps), len(largest)))
+        slope = (self._exact(steps, none) - self._exact(-steps, none)) / (2 * sizes[:, None])
+        return self._exact(0 * steps[:1], none[:1])[0], slope
 
 
 def geometry_of(twin: Twin, model: LinearModel) -> Geometry | None:
