@@ -10,8 +10,10 @@ from twin.diagnosis.as_drawn import STRONGER, as_drawn, beside_the_drawing, seen
 from twin.diagnosis.beginning import start_of
 from twin.diagnosis.candidates import Candidate, motions, priors_of, scales_of, surroundings
 from twin.diagnosis.drawing import far_off
+from twin.diagnosis.explanation import Explanation
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.prepare import prepare
+from twin.diagnosis.search import _promising
 from twin.estimation.fit import fit
 from twin.mechanisms.appendage import Appendage
 from twin.mechanisms.coulomb_friction import CoulombFriction
@@ -158,3 +160,19 @@ def test_a_channel_of_which_nothing_was_measured_is_passed_over():
     found, *_ = as_drawn(blank, z, among(problem, blank, z, KINDS[2:]), TOLERANCE)
     assert found.candidate.label == ("mass", "floor1")
     assert found.start.values["change"] == pytest.approx(0.08, rel=0.02)
+
+
+def test_what_brings_the_twin_back_to_its_drawing_is_all_that_a_step_asks():
+    h, z, candidates = calibrated(CoulombFriction("storey1", 0.5, 1e-3))
+    found = fit(h, z, 0)
+    best = Explanation(h, found, found.log_evidence)
+    moved = motions(h.problem, h, found.z, found.averages)
+    only = [c for c in candidates if c.label == ("coulomb_friction", "storey1")]
+    told = []
+    fits, scores, drawn = _promising(best, h, only, moved, 1.0, TOLERANCE, told.append)
+    assert [e.labels for e in fits] == [(("coulomb_friction", "storey1"),)]
+    assert not scores  # no slopes
+    assert [s.candidate for s in drawn] == only
+    # far from its drawing without it, near with it
+    assert far_off(h.problem, found.z)
+    assert not far_off(h.problem, fits[0].fit.z)

@@ -1,4 +1,4 @@
-"""What was promising is fitted as far as it may come near; a twin may come back to its drawing."""
+"""What was promising is fitted where a part of the samples does not rule it out."""
 
 from dataclasses import replace
 
@@ -7,14 +7,13 @@ import pytest
 from diagnosis_support import lumped, recorded
 
 from twin.diagnosis.as_drawn import Begun
-from twin.diagnosis.beginning import added, moved_to, start_of
+from twin.diagnosis.beginning import added, attempted, moved_to, start_of
 from twin.diagnosis.candidates import Candidate, motions, priors_of, scales_of, surroundings
 from twin.diagnosis.explanation import Explanation
 from twin.diagnosis.hypothesis import Hypothesis
-from twin.diagnosis.portion import on_a_part
+from twin.diagnosis.portion import ROUGH, on_a_part
 from twin.diagnosis.prepare import prepare
-from twin.diagnosis.promising import _compared, fitted, on_the_part
-from twin.diagnosis.search import _back
+from twin.diagnosis.promising import _compared, fitted
 from twin.estimation.fit import fit
 from twin.estimation.likelihood import evaluate
 from twin.mechanisms.cubic_stiffness import CubicStiffness
@@ -41,32 +40,17 @@ def known():
     return here, Explanation(blank, found, found.log_evidence), begun
 
 
-def test_what_cannot_come_near_what_is_ahead_is_not_fitted(known):
+def test_what_runs_away_on_the_part_is_fitted_no_further_however_much_it_promised(known):
     here, nothing, begun = known
-    told = []
-    right, *_ = fitted(here, nothing, [begun["cubic_stiffness"]], COST, told.append)
-    assert right.labels == (("cubic_stiffness", "storey2"),)
-    assert right.log_odds > nothing.log_odds + 100
-    assert on_the_part(right) > on_the_part(nothing) + 20
-    wrong = begun["quadratic_drag"]
-    assert fitted(here, nothing, [wrong], COST, told.append)  # alone it may stand for the spring
-    fits = sum("fitting" in line for line in told)
-    assert fitted(here, nothing, [wrong], COST, told.append, right) == []
-    assert sum("fitting" in line for line in told) == fits
-
-
-def test_a_twin_is_back_at_its_drawing_when_it_is_likelier_and_has_not_moved(known):
-    _, nothing, _ = known
-    z = np.zeros(len(nothing.fit.z))
-    far = z.copy()
-    far[: len(nothing.hypothesis.problem.stiffnesses)] = 0.1 / nothing.hypothesis.problem.tolerance
-    at = {
-        name: replace(nothing, fit=replace(nothing.fit, z=values), log_odds=nothing.log_odds + odds)
-        for name, values, odds in (("near", z, 5.0), ("nearer", z, 9.0), ("far", far, 99.0),
-                                   ("behind", z, -1.0))
-    }  # fmt: skip
-    assert _back(nothing, [at["near"], at["far"], at["nearer"], at["behind"]]) is at["nearer"]
-    assert _back(nothing, [at["far"], at["behind"]]) is None
+    right, lost = begun["cubic_stiffness"], begun["quadratic_drag"]
+    far = np.where([u.name.startswith("quadratic_drag") for u in lost.hypothesis.unknowns],
+                   6.0, lost.z)  # fmt: skip
+    lost = replace(lost, z=far, gain=10 * right.gain)
+    assert attempted(on_a_part(lost.hypothesis), far, enough=ROUGH).code == "ran away"
+    assert list(_compared([lost, right])) == [1]
+    (only,) = fitted(here, nothing, [lost, right], COST, print)
+    assert only.labels == (("cubic_stiffness", "storey2"),)
+    assert only.log_odds > nothing.log_odds + 100
 
 
 def test_each_is_compared_with_the_inputs_that_are_likeliest_with_it(known):
@@ -74,9 +58,9 @@ def test_each_is_compared_with_the_inputs_that_are_likeliest_with_it(known):
     one = begun["cubic_stiffness"]
     held = replace(here.problem, between=("held",) * len(here.problem.between))
     h = replace(one.hypothesis, problem=held)
-    found, z = _compared([replace(one, hypothesis=h)], -np.inf)[0]
+    found, end = _compared([replace(one, hypothesis=h)])[0]
     assert set(found.problem.between) == {"band_limited"}
     assert found.problem.recordings is held.recordings
-    assert evaluate(found, z, False).log_likelihood > evaluate(h, z, False).log_likelihood
+    assert evaluate(found, end.z, False).log_likelihood > evaluate(h, end.z, False).log_likelihood
     # where these are what they were taken for nothing is made anew
-    assert _compared([one], -np.inf)[0][0] is one.hypothesis
+    assert _compared([one])[0][0] is one.hypothesis

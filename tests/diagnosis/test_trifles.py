@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from diagnosis_support import lumped, recorded
 
-from twin.diagnosis.beginning import added, moved_to, widened
+from twin.diagnosis.beginning import added, attempted, by_name, carried, moved_to, widened
 from twin.diagnosis.candidates import motions, scales_of
 from twin.diagnosis.explanation import Explanation
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.offer import offer
+from twin.diagnosis.portion import on_a_part
 from twin.diagnosis.prepare import prepare
-from twin.diagnosis.trifles import ends_in_a_trifle, no_trifle
+from twin.diagnosis.trifles import ends_in_a_trifle, is_trifle, no_trifle, nothing_more
 from twin.estimation.fit import fit
 from twin.mechanisms.cubic_stiffness import CubicStiffness
 from twin.mechanisms.damping import Damping
@@ -22,10 +23,10 @@ SMALL = Damping("storey1", 1e-3)
 MORE = CubicStiffness("storey1", 5e5)
 
 
-def explanations(*there):
+def explanations(*there, seconds=6.0):
     """Return explanations by the great law and the small one, and by the great law and more."""
     rig = lumped(*there)
-    train = [recorded(rig, seed, scale=1.0, seconds=6.0) for seed in (11, 12)]
+    train = [recorded(rig, seed, scale=1.0, seconds=seconds) for seed in (11, 12)]
     ready = prepare(lumped(), train, [recorded(rig, 3, scale=1.0, seconds=6.0)])
     blank = Hypothesis(ready.train)
     nothing = fit(blank, widened(blank, np.zeros(len(blank.unknowns))))
@@ -51,3 +52,20 @@ def test_more_than_a_trifle_is_chosen_where_it_is_there_beside_the_trifle(more):
     assert not ends_in_a_trifle(other)
     assert no_trifle([trifle, other], 3.0) is (other if more else trifle)
     assert no_trifle([other, trifle], 3.0) is other
+
+
+@pytest.mark.parametrize("there", [True, False])
+def test_trifles_that_a_part_of_the_samples_shows_are_fitted_no_further(there):
+    trifle, other = explanations(GREAT, *([MORE] if there else []), seconds=20.0)
+    both = trifle.hypothesis
+    h = replace(both, mechanisms=both.mechanisms[:1], priors=both.priors[:1])
+    found = fit(h, carried(h, by_name(both, trifle.fit.z)))
+    before = Explanation(h, found, found.log_evidence)
+    small, more = ((e.hypothesis, attempted(on_a_part(e.hypothesis), e.fit.z, 0))
+                   for e in (trifle, other))  # fmt: skip
+    assert is_trifle(*small)
+    assert not is_trifle(*more)
+    # what is no trifle is waited for where it is likelier than nothing more
+    assert nothing_more(before, [small, more]) is not there
+    assert not nothing_more(before, [more, small])
+    assert not nothing_more(before, [(both, None), small])

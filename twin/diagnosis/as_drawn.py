@@ -8,7 +8,7 @@ simulation itself: by how much nearer the recordings it is with it.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,10 +70,16 @@ def as_drawn(
         return []
     drawn, nothing = with_tolerance(hypothesis, 0 * z, tolerance)
     short = beginning_of(drawn)
+    followed = replace(short.problem, low_pass=None)
     before = _left(_errors(short, nothing))
 
-    def begun(candidate: Candidate, start: Mechanism) -> _Value:
+    def with_it(candidate: Candidate, start: Mechanism) -> Hypothesis:
         grown = added(short, candidate, start)
+        # what no jump is, is told from others by what it does, not by how a filter shows it
+        return grown if grown.jumps else replace(grown, problem=followed)
+
+    def begun(candidate: Candidate, start: Mechanism) -> _Value:
+        grown = with_it(candidate, start)
         at = moved_to(grown, short, nothing, start)
         value = before - _left(_errors(grown, at))
         return value if np.isfinite(value) else -np.inf, at, start
@@ -97,7 +103,7 @@ def as_drawn(
             gain, at, start = max((begun(candidate, s) for s in candidate.starts),
                                   key=lambda v: v[0])  # fmt: skip
             if np.isfinite(gain):
-                grown = added(short, candidate, start)
+                grown = with_it(candidate, start)
                 at, left = _nearer(grown, at)
                 gain, start = before - left, grown.at(at)[-1]
         return Score(candidate, start, gain) if gain > 0 else None

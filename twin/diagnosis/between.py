@@ -52,10 +52,14 @@ def choose(problem: Problem) -> tuple[Problem, Array]:
 
     Band-limited unless another is better from there on. What holds its value is half a sample late,
     and so may be a channel: another than band-limited is asked for again beside delays of all
-    outputs.
+    outputs. A calibration that runs away tells nothing of either, unless it is the inputs that it
+    ran away from: they are asked for again beside what explains more.
     """
     blank = Hypothesis(problem)
-    hypothesis, found = again(blank, fit(blank, start_of(blank)))
+    first = fit(blank, start_of(blank))
+    hypothesis, found = again(blank, first, inputs_alone=first.code == "ran away")
+    if found.code == "ran away":
+        return problem, first.z
     if set(hypothesis.problem.between) != {"band_limited"}:
         late, z = _late(hypothesis, found)
         other, beside = again(late, fit(late, z))

@@ -64,6 +64,8 @@ def explained(h: Hypothesis, z: Array, cost: float, top: Explanation) -> Explana
         ahead = max([least, *(e.fit.log_evidence for e in fits)])
         try:
             rough = fit(option, begun, hopeless=ahead, patience=SURE)
+            if rough.code == "ran away" and rough.log_evidence < ahead - SURE:
+                continue  # it ended nowhere: nothing there tells of inputs and filters
             other, found = _unless_known(option, rough)
             if abs(found.log_evidence - least) < SURE:
                 found = fit(other, found.z, near=found.averages)

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnosis.beginning import start_of
+from twin.diagnosis.beginning import by_name, carried, start_of, widened
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.motion import corrected
 from twin.diagnosis.problem import Problem
@@ -43,11 +43,12 @@ def with_large_motion(twin: Twin, problems: Sequence[Problem]) -> list[Problem]:
     blank = Hypothesis(problems[0])
     if not _seen(problems[0], geometry, _along(blank, geometry, start_of(blank))):
         return list(problems)
-    out = []
+    out, known = [], dict[str, float]()
     for problem in problems:
         blank = Hypothesis(problem)
-        every = _along(blank, geometry, fit(blank, start_of(blank)).z)
-        out.append(_with(problem, geometry, every))
+        z = fit(blank, widened(blank, carried(blank, known))).z
+        known |= by_name(blank, z)
+        out.append(_with(problem, geometry, _along(blank, geometry, z)))
     return out
 
 

@@ -23,14 +23,17 @@ from twin.diagnosis.drawing import far_off
 from twin.diagnosis.explanation import Explanation, converged, explained
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.portion import ROUGH, SURE, beginning_of, on_a_part
+from twin.diagnosis.trifles import nothing_more
 from twin.diagnosis.valleys import Score
+from twin.estimation.fit import Fit
 
 Array = NDArray[np.float64]
+Compared = dict[int, tuple[Hypothesis, Fit | None]]
 
 
 def fitted(
     here: Hypothesis, before: Explanation, begun: Sequence[Begun], cost: float,
-    tell: Callable[[str], None], ahead: Explanation | None = None,
+    tell: Callable[[str], None],
 ) -> list[Explanation]:  # fmt: skip
     """Return the explanations with what was promising, fitted, the likeliest first.
 
@@ -42,18 +45,20 @@ def fitted(
         begun: what was promising.
         cost: of each mechanism [nat].
         tell: is told each fit.
-        ahead: an explanation that they must come near.
     """
-    compared = {index: (one.hypothesis, one.z) for index, one in enumerate(begun)}
+    compared: Compared = {index: (one.hypothesis, None) for index, one in enumerate(begun)}
     if on_a_part(here) is not None:
         tell(f"comparing {len(begun)} candidates")
-        compared = _compared(begun, -np.inf if ahead is None else on_the_part(ahead))
+        compared = _compared(begun)
+        if before.labels and compared and nothing_more(before, tuple(compared.values())):
+            return []
     fits: list[Explanation] = []
-    for number, (index, (h, z)) in enumerate(compared.items()):
+    for number, (index, (h, end)) in enumerate(compared.items()):
+        z = begun[index].z if end is None else end.z
         new = h.mechanisms[len(here.mechanisms) :]
         place = f"{len(new)} channels" if len(new) > 1 else new[0].place
         tell(f"fitting {new[0].name} at {place} ({number + 1} of {len(compared)})")
-        top = max(fits, key=lambda e: e.log_odds, default=ahead or before)
+        top = max(fits, key=lambda e: e.log_odds, default=before)
         found = explained(h, likelier(h, [begun[index].z, z])[1], cost, top)
         if found is not None:
             fits.append(found)
@@ -64,35 +69,38 @@ def fitted(
     return sorted(fits, key=lambda e: -e.log_odds)
 
 
-def _compared(begun: Sequence[Begun], least: float) -> dict[int, tuple[Hypothesis, Array]]:
-    """Return which hypotheses to fit, and where a part of the samples led, (p,), by index.
+def _compared(begun: Sequence[Begun]) -> Compared:
+    """Return which hypotheses to fit, and how they came out beside a part of the samples, by index.
 
     The likeliest first, and not those that are behind another one both there and in the screening
-    of all samples. None that are behind ``least`` on the part. Each with the inputs between samples
-    that are likeliest with it: a twin that lacks it may have taken them for something else.
+    of all samples, nor those that ran away behind any. Each with the inputs between samples that
+    are likeliest with it: a twin that lacks it may have taken them for something else.
     """
-    found: dict[int, tuple[float, Hypothesis, Array]] = {}
+    found: dict[int, tuple[float, Hypothesis, Fit | None]] = {}
     for index, one in enumerate(begun):
         h, z = one.hypothesis, one.z
         ahead = max((found[i][0] for i in found if begun[i].gain >= one.gain), default=-np.inf)
-        ahead = max(ahead, least)
         starts = [z, from_nominal(h, z)] if far_off(h.problem, z) else [z]
-        told = [(-np.inf, h, z)]
+        told: list[tuple[float, Hypothesis, Fit | None]] = [(-np.inf, h, None)]
         part = beginning_of(h)
         for at in starts:
             end = attempted(part, at, hopeless=ahead - SURE, enough=ROUGH)
             if end is None:
                 continue
-            other, end = again(part, end, steps=0, enough=ROUGH, inputs_alone=True)
+            other, most = part, max((value for value, _, _ in found.values()), default=-np.inf)
+            if end.code != "ran away" or end.log_evidence > most - SURE:
+                other, end = again(part, end, steps=0, enough=ROUGH, inputs_alone=True)
             whole = replace(h, problem=replace(h.problem, between=other.problem.between))
-            told.append((end.log_evidence, h if other is part else whole, end.z))
+            told.append((end.log_evidence, h if other is part else whole, end))
         found[index] = max(told, key=lambda one: one[0])
-    return {
-        index: (h, z)
-        for index, (value, h, z) in sorted(found.items(), key=lambda item: -item[1][0])
-        if value
-        >= max([least, *(found[i][0] for i in found if begun[i].gain >= begun[index].gain)]) - SURE
-    }
+    most = max((value for value, _, _ in found.values()), default=-np.inf)
+    out: Compared = {}
+    for index, (value, h, end) in sorted(found.items(), key=lambda item: -item[1][0]):
+        lost = end is not None and end.code == "ran away"
+        ahead = max(found[i][0] for i in found if begun[i].gain >= begun[index].gain)
+        if value >= (most if lost else ahead) - SURE:
+            out[index] = h, end
+    return out
 
 
 def grown_by(here: Hypothesis, before: Explanation, scores: Sequence[Score]) -> Begun:
@@ -105,9 +113,3 @@ def grown_by(here: Hypothesis, before: Explanation, scores: Sequence[Score]) -> 
     moved = z + np.array([shift.get(u.name, 0.0) for u in grown.unknowns])
     _, z = likeliest(on_a_part(grown) or grown, [z, *beginnings(grown, moved)])
     return Begun(grown, z, sum(score.gain for score in scores))
-
-
-def on_the_part(explanation: Explanation) -> float:
-    """Return the log evidence of an explanation on a part of the samples, -inf without one."""
-    found = attempted(beginning_of(explanation.hypothesis), explanation.fit.z, enough=ROUGH)
-    return -np.inf if found is None else found.log_evidence

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.diagnosis.as_drawn import as_drawn, beside_the_drawing, seen_in_simulation
+from twin.diagnosis.as_drawn import as_drawn, beside_the_drawing
 from twin.diagnosis.beginning import beginnings, likelier, start_of
 from twin.diagnosis.between import again
 from twin.diagnosis.candidates import Candidate, motions, scales_of
@@ -27,6 +27,7 @@ from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.motion import Motion
 from twin.diagnosis.moving import Rival, elsewhere, in_their_place, rivals_of
 from twin.diagnosis.non_parametric import doubtful, in_place_of, named_for
+from twin.diagnosis.portion import SURE
 from twin.diagnosis.predict import predictors
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.promising import fitted, grown_by
@@ -34,7 +35,7 @@ from twin.diagnosis.screening import screen
 from twin.diagnosis.sizes import forces
 from twin.diagnosis.together import families, off_alone
 from twin.diagnosis.trifles import ends_in_a_trifle, no_trifle
-from twin.diagnosis.valleys import WIDTH, Score, first_of_each
+from twin.diagnosis.valleys import WIDTH, Score, each_in_turn, first_of_each
 from twin.estimation.fit import fit
 from twin.estimation.likelihood import passes
 from twin.estimation.passing import Run
@@ -179,8 +180,7 @@ def _promising(
     """Return what was promising, fitted, what slopes and short fits promised, and the drawing.
 
     From far off its drawing a twin tells little of what it lacks: the drawing is asked first, and
-    where what it says brings the twin back there, slopes from far off are asked for no more than
-    what no simulation shows.
+    where what it says brings the twin back there, slopes wait for the next step, near the drawing.
 
     Args:
         best: the present explanation.
@@ -192,38 +192,31 @@ def _promising(
         say: is told each fit.
     """
     drawn = as_drawn(here, best.fit.z, candidates, tolerance)
-    first = first_of_each([s.candidate.label[0] for s in drawn])[:WIDTH]
+    first = each_in_turn([s.candidate.label[0] for s in drawn])[:WIDTH]
     begun = [beside_the_drawing(here, drawn[i], tolerance) for i in first]
     fits = [e for e in fitted(here, best, begun, cost, say) if not says_less(e, candidates)]
     # a part off its drawing, beside which the others are as far off theirs, is no finding
     fits = [e for e in fits if _near(e) or e.hypothesis.mechanisms[-1].verdict != "parameter"]
-    back = _back(best, fits)
-    beside = [c for c in candidates if back is None or not seen_in_simulation(c.starts[0])]
-    told = screen(best.fit, here, beside, moved)
+    if any(e.log_odds > best.log_odds + SURE and _near(e) for e in fits):
+        return fits, [], drawn
+    told = screen(best.fit, here, candidates, moved)
 
     def more(scores: Sequence[Score]) -> list[Explanation]:
         worth = [s for s in scores if s.gain > cost]
         first = first_of_each([s.candidate.label[0] for s in worth])[:WIDTH]
         moves = [[worth[i]] for i in first] + families(here, scores, cost)
         begun = [grown_by(here, best, several) for several in moves]
-        found = fitted(here, best, begun, cost, say, back)
+        found = fitted(here, best, begun, cost, say)
         return [e for e in found if not says_less(e, candidates)]
 
-    by_chance = back is None and told.by_chance
-    asked = told.valleys if by_chance else (*told.valleys, *told.hidden)
-    scores = told.followed(*asked) if back is None else told.best()
+    asked = told.valleys if told.by_chance else (*told.valleys, *told.hidden)
+    scores = told.followed(*asked)
     fits += more(scores)
-    if by_chance and any(e.log_odds > best.log_odds for e in fits):  # it was none
+    if told.by_chance and any(e.log_odds > best.log_odds for e in fits):  # it was none
         asked_for = {s.candidate.label for s in scores if s.gain > cost}
         scores = told.followed(*told.hidden, more=scores)
         fits += more([s for s in scores if s.candidate.label not in asked_for])
-    return fits, scores, drawn if back is not None else []
-
-
-def _back(best: Explanation, fits: Sequence[Explanation]) -> Explanation | None:
-    """Return the likeliest of the explanations that bring a twin back to its drawing, if one is."""
-    near = [e for e in fits if e.log_odds > best.log_odds and _near(e)]
-    return max(near, key=lambda e: e.log_odds, default=None)
+    return fits, scores, []
 
 
 def _near(explanation: Explanation) -> bool:

@@ -6,21 +6,57 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from twin.diagnosis.beginning import by_name, carried, likelier
+from twin.diagnosis.dropping import on_part
 from twin.diagnosis.explanation import Explanation, explained
+from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.predict import predictors
 from twin.diagnosis.sizes import forces, negligible
+from twin.estimation.fit import Fit
+from twin.estimation.law_averages import LawAverages
 from twin.mechanisms.mechanism import ChannelFault, Disturbance
 
 
 def ends_in_a_trifle(best: Explanation) -> bool:
     """Return whether the last mechanism found is smaller than what is left beside the others."""
-    hypothesis, z = best.hypothesis, best.fit.z
+    return is_trifle(best.hypothesis, best.fit, best.fit.averages)
+
+
+def is_trifle(
+    hypothesis: Hypothesis, found: Fit, averages: Sequence[LawAverages] | None = None
+) -> bool:
+    """Return whether the last mechanism is smaller than what is left beside the others.
+
+    Args:
+        hypothesis: the twin with its mechanisms, beside all samples.
+        found: how it came out, there or beside a part of the samples.
+        averages: of its laws beside all samples, where they are known.
+    """
     if isinstance(hypothesis.mechanisms[-1], ChannelFault):
         return False  # a channel's calibration says nothing of the structure
     if any(isinstance(m, Disturbance) for m in hypothesis.mechanisms[:-1]):
         return False  # names that are not found yet may be in a force that nobody measured
-    beside = predictors(hypothesis, z, best.fit.averages)
-    return negligible(hypothesis, best.fit, beside, forces(hypothesis, z, beside))[-1]
+    beside = predictors(hypothesis, found.z, averages)
+    return negligible(hypothesis, found, beside, forces(hypothesis, found.z, beside))[-1]
+
+
+def nothing_more(before: Explanation, ended: Sequence[tuple[Hypothesis, Fit | None]]) -> bool:
+    """Return whether a part of the samples shows trifles beside an explanation, and nothing else.
+
+    Then fits to all samples would make them certain, not greater.
+
+    Args:
+        before: the explanation.
+        ended: what was promising, the likeliest first, beside all samples, each with how it came
+            out beside the part.
+    """
+    (likeliest, first), *others = ended
+    if first is None or not is_trifle(likeliest, first):
+        return False
+    without = on_part(before)
+    return without is not None and all(
+        end is not None and (end.log_evidence < without.log_evidence or is_trifle(h, end))
+        for h, end in others
+    )
 
 
 def no_trifle(better: Sequence[Explanation], cost: float) -> Explanation:

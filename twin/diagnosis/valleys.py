@@ -208,6 +208,14 @@ def first_of_each(names: Sequence[str]) -> list[int]:
     return [i for i, name in enumerate(names) if names[:i].count(name) < ALIKE]
 
 
+def each_in_turn(names: Sequence[str]) -> list[int]:
+    """Return where the first of every name stand, in their order, then the second of each, ...
+
+    What stands for something else does so at many places, each as well as another.
+    """
+    return sorted(range(len(names)), key=lambda i: (names[:i].count(names[i]), i))
+
+
 def _likelier(runners: list[_Runner]) -> list[_Runner]:
     """Return the half with the greater log posteriors, the greatest first."""
     return sorted(runners, key=lambda r: -r[0])[: (len(runners) + 1) // 2]
