@@ -169,10 +169,10 @@ def test_what_brings_the_twin_back_to_its_drawing_is_all_that_a_step_asks():
     moved = motions(h.problem, h, found.z, found.averages)
     only = [c for c in candidates if c.label == ("coulomb_friction", "storey1")]
     told = []
-    fits, scores, drawn = _promising(best, h, only, moved, 1.0, TOLERANCE, told.append)
+    fits, scores = _promising(best, h, only, moved, 1.0, TOLERANCE, told.append)
     assert [e.labels for e in fits] == [(("coulomb_friction", "storey1"),)]
-    assert not scores  # no slopes
-    assert [s.candidate for s in drawn] == only
+    # no slopes: what beside the drawing came nearer
+    assert scores == as_drawn(h, found.z, only, TOLERANCE)
     # far from its drawing without it, near with it
     assert far_off(h.problem, found.z)
     assert not far_off(h.problem, fits[0].fit.z)

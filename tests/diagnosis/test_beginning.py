@@ -20,7 +20,7 @@ from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.known import RESOLVED
 from twin.diagnosis.prepare import prepare
 from twin.diagnosis.scales import Scales
-from twin.diagnosis.valleys import ALIKE, each_in_turn, first_of_each
+from twin.diagnosis.valleys import ALIKE, first_of_each
 from twin.errors import NoLikelihoodError
 from twin.estimation.fit import fit
 from twin.estimation.likelihood import evaluate
@@ -111,7 +111,7 @@ def test_averages_of_other_states_or_laws_are_not_taken_over(rubbing):
 def test_no_more_than_so_many_places_of_one_mechanism_go_first():
     names = ["force"] * (ALIKE + 2) + ["mass", "force", "gain"]
     assert first_of_each(names) == [*range(ALIKE), ALIKE + 2, ALIKE + 4]
-    assert each_in_turn(["a", "a", "b", "a", "c", "b"]) == [0, 2, 4, 1, 5, 3]
+    assert first_of_each(names, 1) == [0, ALIKE + 2, ALIKE + 4]
 
 
 def test_values_without_a_likelihood_are_gone_by_and_a_fault_of_the_program_is_not(rubbing):

@@ -35,7 +35,7 @@ from twin.diagnosis.screening import screen
 from twin.diagnosis.sizes import forces
 from twin.diagnosis.together import families, off_alone
 from twin.diagnosis.trifles import ends_in_a_trifle, no_trifle
-from twin.diagnosis.valleys import WIDTH, Score, each_in_turn, first_of_each
+from twin.diagnosis.valleys import WIDTH, Score, first_of_each
 from twin.estimation.fit import fit
 from twin.estimation.likelihood import passes
 from twin.estimation.passing import Run
@@ -44,6 +44,10 @@ Array = NDArray[np.float64]
 
 MOST = 4
 """Mechanisms at most."""
+
+TWO = 2
+"""Places of one mechanism that are tried beside the drawing: what stands for something else does so
+at many places, and where it is itself it is tried at others, too (``elsewhere``)."""
 
 
 @dataclass(frozen=True)
@@ -106,8 +110,8 @@ def search(
         candidates = [c for c in offer(moved, runs) if not _included(c, best.hypothesis)]
         cost = float(np.log(max(len(candidates), 2)))
         say = partial(_say, tell, step)
-        fits, scores, drawn = _promising(best, here, candidates, moved, cost, tolerance, say)
-        screened.append(tuple(sorted([*scores, *drawn], key=lambda score: -score.gain)))
+        fits, scores = _promising(best, here, candidates, moved, cost, tolerance, say)
+        before = best
         fits += off_alone(here, best, candidates, cost)
         fits.sort(key=lambda e: -e.log_odds)
         for explanation in fits:
@@ -132,6 +136,7 @@ def search(
             if turned:  # what was found may have stood for other inputs between the samples
                 best = without_needless(best, cost, tried)
             trifling = ends_in_a_trifle(best)
+        screened.append(_by_fits(scores, before, fits))
         # one more name may do what the names so far do not: a force without one waits for it
         if unnamed is not None and unnamed.log_odds > best.log_odds:
             best, unnamed, trifling = unnamed, None, False
@@ -169,6 +174,16 @@ def _moved(best: Explanation) -> tuple[Motion, ...]:
     return motions(h.problem, h, fit.z, fit.averages)
 
 
+def _by_fits(
+    scores: Sequence[Score], before: Explanation, fits: Sequence[Explanation]
+) -> tuple[Score, ...]:
+    """Return the screening of a step, the greatest gains first: of what was fitted, the fit's."""
+    gained = {e.labels[-1]: max(e.log_odds - before.log_odds, 0.0) for e in fits
+              if e.labels[:-1] == before.labels}  # fmt: skip
+    told = [replace(s, gain=gained.get(s.candidate.label, s.gain)) for s in scores]
+    return tuple(sorted(told, key=lambda score: -score.gain))
+
+
 def _say(tell: Callable[[str], None], step: int, what: str) -> None:
     tell(f"search step {step}: {what}")
 
@@ -176,8 +191,8 @@ def _say(tell: Callable[[str], None], step: int, what: str) -> None:
 def _promising(
     best: Explanation, here: Hypothesis, candidates: Sequence[Candidate], moved: Sequence[Motion],
     cost: float, tolerance: float, say: Callable[[str], None],
-) -> tuple[list[Explanation], list[Score], list[Score]]:  # fmt: skip
-    """Return what was promising, fitted, what slopes and short fits promised, and the drawing.
+) -> tuple[list[Explanation], list[Score]]:  # fmt: skip
+    """Return what was promising, fitted, and what slopes and short fits, or the drawing, promised.
 
     From far off its drawing a twin tells little of what it lacks: the drawing is asked first, and
     where what it says brings the twin back there, slopes wait for the next step, near the drawing.
@@ -192,13 +207,13 @@ def _promising(
         say: is told each fit.
     """
     drawn = as_drawn(here, best.fit.z, candidates, tolerance)
-    first = each_in_turn([s.candidate.label[0] for s in drawn])[:WIDTH]
+    first = first_of_each([s.candidate.label[0] for s in drawn], TWO)[:WIDTH]
     begun = [beside_the_drawing(here, drawn[i], tolerance) for i in first]
     fits = [e for e in fitted(here, best, begun, cost, say) if not says_less(e, candidates)]
     # a part off its drawing, beside which the others are as far off theirs, is no finding
     fits = [e for e in fits if _near(e) or e.hypothesis.mechanisms[-1].verdict != "parameter"]
     if any(e.log_odds > best.log_odds + SURE and _near(e) for e in fits):
-        return fits, [], drawn
+        return fits, drawn
     told = screen(best.fit, here, candidates, moved)
 
     def more(scores: Sequence[Score]) -> list[Explanation]:
@@ -216,7 +231,7 @@ def _promising(
         asked_for = {s.candidate.label for s in scores if s.gain > cost}
         scores = told.followed(*told.hidden, more=scores)
         fits += more([s for s in scores if s.candidate.label not in asked_for])
-    return fits, scores, []
+    return fits, scores
 
 
 def _near(explanation: Explanation) -> bool:

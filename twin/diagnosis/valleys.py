@@ -203,17 +203,9 @@ def _ahead(racing: list[_Race], behind: list[_Race]) -> list[_Race]:
     return [racing[i] for i in ahead]
 
 
-def first_of_each(names: Sequence[str]) -> list[int]:
-    """Return where the first ``ALIKE`` of each name stand, in their order."""
-    return [i for i, name in enumerate(names) if names[:i].count(name) < ALIKE]
-
-
-def each_in_turn(names: Sequence[str]) -> list[int]:
-    """Return where the first of every name stand, in their order, then the second of each, ...
-
-    What stands for something else does so at many places, each as well as another.
-    """
-    return sorted(range(len(names)), key=lambda i: (names[:i].count(names[i]), i))
+def first_of_each(names: Sequence[str], most: int = ALIKE) -> list[int]:
+    """Return where the first few of each name stand, in their order."""
+    return [i for i, name in enumerate(names) if names[:i].count(name) < most]
 
 
 def _likelier(runners: list[_Runner]) -> list[_Runner]:
