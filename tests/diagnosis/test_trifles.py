@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from diagnosis_support import lumped, recorded
 
+from twin.diagnosis.as_drawn import Begun
 from twin.diagnosis.beginning import added, attempted, by_name, carried, moved_to, widened
 from twin.diagnosis.candidates import motions, scales_of
 from twin.diagnosis.explanation import Explanation
@@ -13,7 +14,8 @@ from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.offer import offer
 from twin.diagnosis.portion import on_a_part
 from twin.diagnosis.prepare import prepare
-from twin.diagnosis.trifles import ends_in_a_trifle, is_trifle, no_trifle, nothing_more
+from twin.diagnosis.promising import fitted
+from twin.diagnosis.trifles import ends_in_a_trifle, is_trifle, no_trifle
 from twin.estimation.fit import fit
 from twin.mechanisms.cubic_stiffness import CubicStiffness
 from twin.mechanisms.damping import Damping
@@ -55,17 +57,18 @@ def test_more_than_a_trifle_is_chosen_where_it_is_there_beside_the_trifle(more):
 
 
 @pytest.mark.parametrize("there", [True, False])
-def test_trifles_that_a_part_of_the_samples_shows_are_fitted_no_further(there):
+def test_a_trifle_on_a_part_of_the_samples_is_fitted_beside_something_else_only(there):
     trifle, other = explanations(GREAT, *([MORE] if there else []), seconds=20.0)
     both = trifle.hypothesis
     h = replace(both, mechanisms=both.mechanisms[:1], priors=both.priors[:1])
     found = fit(h, carried(h, by_name(both, trifle.fit.z)))
     before = Explanation(h, found, found.log_evidence)
-    small, more = ((e.hypothesis, attempted(on_a_part(e.hypothesis), e.fit.z, 0))
-                   for e in (trifle, other))  # fmt: skip
-    assert is_trifle(*small)
-    assert not is_trifle(*more)
-    # what is no trifle is waited for where it is likelier than nothing more
-    assert nothing_more(before, [small, more]) is not there
-    assert not nothing_more(before, [more, small])
-    assert not nothing_more(before, [(both, None), small])
+    assert is_trifle(both, attempted(on_a_part(both), trifle.fit.z, 0))
+    assert not is_trifle(other.hypothesis, attempted(on_a_part(other.hypothesis), other.fit.z, 0))
+    begun = [Begun(e.hypothesis, e.fit.z, gain) for e, gain in ((trifle, 200.0), (other, 100.0))]
+    told = []
+    fits = fitted(h, before, begun, 3.0, told.append)
+    assert any(e.log_odds > before.log_odds for e in fits) is there
+    assert [line.split()[1] for line in told if line.startswith("fitting")] == (
+        ["cubic_stiffness", "damping"] if there else []
+    )

@@ -23,7 +23,7 @@ from twin.diagnosis.drawing import far_off
 from twin.diagnosis.explanation import Explanation, converged, explained
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.portion import ROUGH, SURE, beginning_of, on_a_part
-from twin.diagnosis.trifles import nothing_more
+from twin.diagnosis.trifles import is_trifle
 from twin.diagnosis.valleys import Score
 from twin.estimation.fit import Fit
 
@@ -37,7 +37,9 @@ def fitted(
 ) -> list[Explanation]:  # fmt: skip
     """Return the explanations with what was promising, fitted, the likeliest first.
 
-    A part of the samples says which ones need not be tried, and where the others may begin.
+    A part of the samples says which ones need not be tried, and where the others may begin. What is
+    a trifle there is tried where something else is found that may be likely for want of it: all
+    samples would make it certain, not greater.
 
     Args:
         here: the hypothesis that they grow from.
@@ -47,13 +49,17 @@ def fitted(
         tell: is told each fit.
     """
     compared: Compared = {index: (one.hypothesis, None) for index, one in enumerate(begun)}
+    trifles: Compared = {}
     if on_a_part(here) is not None:
         tell(f"comparing {len(begun)} candidates")
         compared = _compared(begun)
-        if before.labels and compared and nothing_more(before, tuple(compared.values())):
-            return []
+        if before.labels:
+            trifles = {i: (h, end) for i, (h, end) in compared.items() if end and is_trifle(h, end)}
     fits: list[Explanation] = []
-    for number, (index, (h, end)) in enumerate(compared.items()):
+    for number, index in enumerate([*(i for i in compared if i not in trifles), *trifles]):
+        if index in trifles and all(e.log_odds <= before.log_odds for e in fits):
+            break
+        h, end = compared[index]
         z = begun[index].z if end is None else end.z
         new = h.mechanisms[len(here.mechanisms) :]
         place = f"{len(new)} channels" if len(new) > 1 else new[0].place

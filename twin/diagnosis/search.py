@@ -45,7 +45,7 @@ Array = NDArray[np.float64]
 MOST = 4
 """Mechanisms at most."""
 
-TWO = 2
+PLACES = 2
 """Places of one mechanism that are tried beside the drawing: what stands for something else does so
 at many places, and where it is itself it is tried at others, too (``elsewhere``)."""
 
@@ -207,7 +207,7 @@ def _promising(
         say: is told each fit.
     """
     drawn = as_drawn(here, best.fit.z, candidates, tolerance)
-    first = first_of_each([s.candidate.label[0] for s in drawn], TWO)[:WIDTH]
+    first = first_of_each([s.candidate.label[0] for s in drawn], PLACES)[:WIDTH]
     begun = [beside_the_drawing(here, drawn[i], tolerance) for i in first]
     fits = [e for e in fitted(here, best, begun, cost, say) if not says_less(e, candidates)]
     # a part off its drawing, beside which the others are as far off theirs, is no finding

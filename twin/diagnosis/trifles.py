@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from twin.diagnosis.beginning import by_name, carried, likelier
-from twin.diagnosis.dropping import on_part
 from twin.diagnosis.explanation import Explanation, explained
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.predict import predictors
@@ -35,28 +36,11 @@ def is_trifle(
         return False  # a channel's calibration says nothing of the structure
     if any(isinstance(m, Disturbance) for m in hypothesis.mechanisms[:-1]):
         return False  # names that are not found yet may be in a force that nobody measured
-    beside = predictors(hypothesis, found.z, averages)
+    try:
+        beside = predictors(hypothesis, found.z, averages)
+    except np.linalg.LinAlgError:
+        return False  # all samples have no likelihood where the part has one
     return negligible(hypothesis, found, beside, forces(hypothesis, found.z, beside))[-1]
-
-
-def nothing_more(before: Explanation, ended: Sequence[tuple[Hypothesis, Fit | None]]) -> bool:
-    """Return whether a part of the samples shows trifles beside an explanation, and nothing else.
-
-    Then fits to all samples would make them certain, not greater.
-
-    Args:
-        before: the explanation.
-        ended: what was promising, the likeliest first, beside all samples, each with how it came
-            out beside the part.
-    """
-    (likeliest, first), *others = ended
-    if first is None or not is_trifle(likeliest, first):
-        return False
-    without = on_part(before)
-    return without is not None and all(
-        end is not None and (end.log_evidence < without.log_evidence or is_trifle(h, end))
-        for h, end in others
-    )
 
 
 def no_trifle(better: Sequence[Explanation], cost: float) -> Explanation:
