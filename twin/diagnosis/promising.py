@@ -49,12 +49,12 @@ def fitted(
         tell: is told each fit.
     """
     compared: Compared = {index: (one.hypothesis, None) for index, one in enumerate(begun)}
-    trifles: Compared = {}
+    trifles: list[int] = []
     if on_a_part(here) is not None:
         tell(f"comparing {len(begun)} candidates")
         compared = _compared(begun)
         if before.labels:
-            trifles = {i: (h, end) for i, (h, end) in compared.items() if end and is_trifle(h, end)}
+            trifles = [i for i, (h, end) in compared.items() if end and is_trifle(h, end)]
     fits: list[Explanation] = []
     for number, index in enumerate([*(i for i in compared if i not in trifles), *trifles]):
         if index in trifles and all(e.log_odds <= before.log_odds for e in fits):
