@@ -111,7 +111,6 @@ def test_averages_of_other_states_or_laws_are_not_taken_over(rubbing):
 def test_no_more_than_so_many_places_of_one_mechanism_go_first():
     names = ["force"] * (ALIKE + 2) + ["mass", "force", "gain"]
     assert first_of_each(names) == [*range(ALIKE), ALIKE + 2, ALIKE + 4]
-    assert first_of_each(names, 1) == [0, ALIKE + 2, ALIKE + 4]
 
 
 def test_values_without_a_likelihood_are_gone_by_and_a_fault_of_the_program_is_not(rubbing):

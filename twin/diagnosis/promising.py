@@ -86,6 +86,7 @@ def _compared(begun: Sequence[Begun]) -> Compared:
     for index, one in enumerate(begun):
         h, z = one.hypothesis, one.z
         ahead = max((found[i][0] for i in found if begun[i].gain >= one.gain), default=-np.inf)
+        most = max((value for value, _, _ in found.values()), default=-np.inf)
         starts = [z, from_nominal(h, z)] if far_off(h.problem, z) else [z]
         told: list[tuple[float, Hypothesis, Fit | None]] = [(-np.inf, h, None)]
         part = beginning_of(h)
@@ -93,7 +94,7 @@ def _compared(begun: Sequence[Begun]) -> Compared:
             end = attempted(part, at, hopeless=ahead - SURE, enough=ROUGH)
             if end is None:
                 continue
-            other, most = part, max((value for value, _, _ in found.values()), default=-np.inf)
+            other = part
             if end.code != "ran away" or end.log_evidence > most - SURE:
                 other, end = again(part, end, steps=0, enough=ROUGH, inputs_alone=True)
             whole = replace(h, problem=replace(h.problem, between=other.problem.between))

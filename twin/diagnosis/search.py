@@ -45,10 +45,6 @@ Array = NDArray[np.float64]
 MOST = 4
 """Mechanisms at most."""
 
-PLACES = 2
-"""Places of one mechanism that are tried beside the drawing: what stands for something else does so
-at many places, and where it is itself it is tried at others, too (``elsewhere``)."""
-
 
 @dataclass(frozen=True)
 class Found:
@@ -207,7 +203,7 @@ def _promising(
         say: is told each fit.
     """
     drawn = as_drawn(here, best.fit.z, candidates, tolerance)
-    first = first_of_each([s.candidate.label[0] for s in drawn], PLACES)[:WIDTH]
+    first = first_of_each([s.candidate.label[0] for s in drawn])[:WIDTH]
     begun = [beside_the_drawing(here, drawn[i], tolerance) for i in first]
     fits = [e for e in fitted(here, best, begun, cost, say) if not says_less(e, candidates)]
     # a part off its drawing, beside which the others are as far off theirs, is no finding

@@ -203,9 +203,9 @@ def _ahead(racing: list[_Race], behind: list[_Race]) -> list[_Race]:
     return [racing[i] for i in ahead]
 
 
-def first_of_each(names: Sequence[str], most: int = ALIKE) -> list[int]:
-    """Return where the first few of each name stand, in their order."""
-    return [i for i, name in enumerate(names) if names[:i].count(name) < most]
+def first_of_each(names: Sequence[str]) -> list[int]:
+    """Return where the first ``ALIKE`` of each name stand, in their order."""
+    return [i for i, name in enumerate(names) if names[:i].count(name) < ALIKE]
 
 
 def _likelier(runners: list[_Runner]) -> list[_Runner]:
