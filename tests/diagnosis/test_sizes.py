@@ -207,6 +207,17 @@ def test_a_channel_that_sees_a_law_jump_is_no_better_than_its_discrepancy(proble
         assert is_negligible(h, found)[1] is small
 
 
+def test_a_channel_is_no_better_than_what_it_reads_of_what_a_law_leaves(problem):
+    spring = CubicStiffness("storey2", 1e5)
+    for gain, level, small in ((1.01, 1.0, True), (1.01, -8.0, False), (1.3, 1.0, False)):
+        h = hypothesis(problem, spring, SensorGain("acc_floor2", gain))
+        names = [u.name for u in h.unknowns]
+        z = np.zeros(len(names))
+        z[names.index("discrepancy storey2")] = level
+        found = fit(h, z, most=1, free=np.zeros(len(z), bool))
+        assert is_negligible(h, found)[1] is small
+
+
 def test_a_law_of_the_models_own_scatters_by_as_much_as_a_damping_does(problem):
     held = replace(problem, known=(CoulombFriction("storey2", 0.1),))
     here, there = CoulombFriction("storey2", 0.01), CoulombFriction("storey1", 0.01)

@@ -111,8 +111,8 @@ def in_motion(level, first):
 def test_friction_begins_where_few_samples_and_then_more_lead(level, first):
     here, trial, plant, noise = in_motion(level, first)
     # over all samples at once friction holds and lets go at other instants than it did
-    from_rest, _ = estimated_start(here, trial, plant, noise, LawAverages(), near=np.zeros(4))
-    from_few, _ = estimated_start(here, trial, plant, noise, LawAverages())
+    from_rest = estimated_start(here, trial, plant, noise, LawAverages(), near=np.zeros(4)).state
+    from_few = estimated_start(here, trial, plant, noise, LawAverages()).state
     gain, none = gains(plant, replace(noise, start=0 * noise.start)), LawAverages()
     there, better = (
         density(
@@ -126,7 +126,7 @@ def test_friction_begins_where_few_samples_and_then_more_lead(level, first):
 @pytest.mark.parametrize(("level", "first"), [(0.8, 190), (0.8, 215), (1.5, 280), (3.0, 230)])
 def test_friction_begins_where_some_side_of_the_prior_leads(level, first):
     here, trial, plant, noise = in_motion(level, first)
-    found, _ = estimated_start(here, trial, plant, noise, LawAverages())
+    found = estimated_start(here, trial, plant, noise, LawAverages()).state
     gain, root = gains(plant, replace(noise, start=0 * noise.start)), root_of(noise.start)
     rng = np.random.default_rng(4)
 
@@ -135,7 +135,7 @@ def test_friction_begins_where_some_side_of_the_prior_leads(level, first):
         return -density(e, trial.y, gain.innovation, None).value
 
     elsewhere = [
-        estimated_start(here, trial, plant, noise, LawAverages(), near=root @ drawn)[0]
+        estimated_start(here, trial, plant, noise, LawAverages(), near=root @ drawn).state
         for drawn in rng.standard_normal((20, 4))
     ]
     assert cost(found) < min(cost(state) for state in elsewhere) + 20

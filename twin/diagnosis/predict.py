@@ -77,7 +77,8 @@ class Predictor:
     @cached_property
     def start(self) -> Array:
         """The estimated state before the first sample, (n,)."""
-        return estimated_start(self.here, self.trial, self.plant, self.noise, self.averages)[0]
+        start = estimated_start(self.here, self.trial, self.plant, self.noise, self.averages)
+        return start.state
 
     def free(self, u: Array | None = None) -> Array:
         """Return the free run, with other inputs where given, (samples, m)."""

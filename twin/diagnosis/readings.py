@@ -14,6 +14,7 @@ from scipy.fft import irfft, next_fast_len, rfft
 from scipy.linalg import expm
 from scipy.signal.windows import hann
 
+from twin.diagnosis.discrepancy import Discrepancy
 from twin.diagnosis.plant import axis_of
 from twin.diagnosis.plant_states import stationary
 from twin.mechanisms.mechanism import Disturbance
@@ -39,12 +40,13 @@ def read_of(forces: Sequence[Array], model: LinearModel, step_s: float) -> Array
 
 
 def read_of_disturbance(
-    disturbance: Disturbance, lengths: Sequence[int], model: LinearModel, step_s: float
-) -> Array:
+    disturbance: Disturbance | Discrepancy, lengths: Sequence[int], model: LinearModel,
+    step_s: float,
+) -> Array:  # fmt: skip
     """Return the RMS that outputs are expected to read of a disturbance, (m,).
 
     Args:
-        disturbance: what nobody measured.
+        disturbance: what nobody measured, or what laws leave at a port.
         lengths: samples of every recording.
         model: the structure that it acts on.
         step_s: sampling interval [s].
@@ -76,7 +78,7 @@ def _weights(samples: int) -> Array:
     return weights
 
 
-def _periodogram(disturbance: Disturbance, samples: int, step_s: float) -> Array:
+def _periodogram(disturbance: Disturbance | Discrepancy, samples: int, step_s: float) -> Array:
     """Return the expected square of the spectrum of a stationary disturbance, (samples // 2,).
 
     The record is seen through Hann's window, or a line between two frequencies would leak into

@@ -5,7 +5,8 @@ fault the RMS of what it changes in its channel. No law is exact: beside one, wh
 the discrepancy, or than the share of the laws' own forces that a discrepancy is expected to have,
 is nobody's finding, however much evidence many samples make of it. The spectrum of an unmeasured
 force is known much less well than a law, and so is that of what no name explains in a channel: of
-what outputs read of them, a share may hide what they read less of.
+what outputs read of them, a share may hide what they read less of. Of what laws leave at their
+ports a channel reads something, too: it is no better than that.
 Beside any of them, or a fault that is greater, an instrument that is within its calibration is not
 told from their form; by itself it is.
 """
@@ -84,7 +85,7 @@ def negligible(
     known = known_forces(hypothesis, fit.z, beside)
     of_model = [m for m in problem.known if isinstance(m, Law)]
     acting = [*zip(mechanisms, sizes, strict=True), *zip(of_model, known, strict=True)]
-    hidden = _Hidden.beside(hypothesis, fit.z, beside)
+    hidden = _Hidden.beside(hypothesis, fit, beside)
     within = [_calibrated(m, model, beside) for m in mechanisms]
     out = []
     for index, (mechanism, size) in enumerate(zip(mechanisms, sizes, strict=True)):
@@ -105,11 +106,10 @@ def negligible(
         elif size is not None:
             out.append(0.0 < size < left or hidden.hides(index))
         elif isinstance(mechanism, ChannelFault):
-            smeared = [n for n in mechanism.channels if n in hypothesis.smeared]
-            seen = [max(fit.values[f"discrepancy {n}"], DISCREPANCY_SHARE * problem.readings[n])
-                    for n in smeared]  # fmt: skip
-            changes = [_altered_by(mechanism, s, n, model)[0] for n in smeared for s in beside]
-            out.append(bool(smeared) and max(changes) < max(seen))
+            out.append(all(
+                _altered_by(mechanism, s, name, model)[0] < hidden.left[name]
+                for name in mechanism.channels for s in beside
+            ))  # fmt: skip
         else:
             out.append(False)
     return out
@@ -124,16 +124,19 @@ class _Hidden:
         disturbing: which mechanisms are disturbances.
         latent: RMS of what no name explains, (m,).
         faults: which mechanisms are faults of instruments, that such errors hide nothing of.
+        left: RMS that each channel reads of what laws leave, at their ports and where they jump.
     """
 
     read: list[Array | None]
     disturbing: list[bool]
     latent: Array
     faults: list[bool]
+    left: dict[str, float]
 
     @classmethod
-    def beside(cls, hypothesis: Hypothesis, z: Array, beside: Sequence[Predictor]) -> _Hidden:
-        """Return it for a hypothesis at certain values."""
+    def beside(cls, hypothesis: Hypothesis, fit: Fit, beside: Sequence[Predictor]) -> _Hidden:
+        """Return it for a hypothesis as it came out."""
+        z = fit.z
         mechanisms, model = hypothesis.at(z), edits(hypothesis, z)[1][0]
         unexplained = unexplained_in(mechanisms)
         latent = np.array([unexplained.get(name, 0.0) for name in model.outputs])
@@ -142,14 +145,17 @@ class _Hidden:
         read: list[Array | None] = [None] * len(mechanisms)
         h, n = hypothesis.problem.step_s, len(model.coordinates)
         lengths = [len(s.trial.y) for s in beside]
-        heard = beside and (unexplained or any(disturbing))
+        heard = beside and (unexplained or any(disturbing) or (hypothesis.erring and any(faults)))
         acting = pushes(hypothesis, z, beside) if heard else []
         for i, (mechanism, push) in enumerate(zip(mechanisms, acting, strict=False)):
             if isinstance(mechanism, Disturbance):
                 read[i] = read_of_disturbance(mechanism, lengths, model, h)
             elif push is not None:
                 read[i] = read_of(np.split(push[:, :n], np.cumsum(lengths)[:-1]), model, h)
-        return cls(read, disturbing, latent, faults)
+        left = dict.fromkeys((*model.inputs, *model.outputs), 0.0)
+        if any(faults):
+            left |= _left_in(hypothesis, fit, lengths, model, read)
+        return cls(read, disturbing, latent, faults, left)
 
     def hides(self, index: int) -> bool:
         """Return whether all that outputs read of a mechanism may be the others' spectrum."""
@@ -161,6 +167,34 @@ class _Hidden:
         latent = 0.0 * self.latent if self.faults[index] else self.latent
         inexact_by = SPECTRUM_SHARE * np.linalg.norm([latent, *others], axis=0)
         return bool(np.all((seen < inexact_by) | (seen <= ROUNDING * np.max(seen))))
+
+
+def _left_in(
+    hypothesis: Hypothesis, fit: Fit, lengths: Sequence[int], model: LinearModel,
+    read: Sequence[Array | None],
+) -> dict[str, float]:  # fmt: skip
+    """Return the RMS that outputs read of what laws leave.
+
+    Args:
+        hypothesis: the twin with its mechanisms.
+        fit: how it came out.
+        lengths: samples of every recording.
+        model: the structure.
+        read: RMS that outputs read of each mechanism, (m,), of laws that act at times at least.
+    """
+    readings, parts = hypothesis.problem.readings, []
+    smears = {name: 0.0 for name in model.outputs}
+    for latent in hypothesis.latent(fit.z):
+        if latent.place in smears:
+            smears[latent.place] = max(latent.rms, DISCREPANCY_SHARE * readings[latent.place])
+        else:
+            parts.append(read_of_disturbance(latent, lengths, model, hypothesis.problem.step_s))
+    for mechanism, seen in zip(hypothesis.mechanisms, read, strict=True):
+        port = hypothesis.port_of(mechanism.place) if isinstance(mechanism, Law) else None
+        if port in hypothesis.erring and seen is not None:
+            parts.append(fit.values[f"discrepancy {port} share"] * seen)
+    whole = np.linalg.norm([np.zeros(len(smears)), *parts], axis=0)
+    return {n: max(float(w), smears[n]) for n, w in zip(model.outputs, whole, strict=True)}
 
 
 def _scatter(problem: Problem, change: StructuralChange, beside: Sequence[Predictor]) -> float:

@@ -42,7 +42,7 @@ dashpot, where none is known nearby: fits go on from there."""
 
 def averages_at(
     model: Model, here: Assembly, plants: Sequence[Sampled], index: int,
-    near: LawAverages | None = None,
+    near: LawAverages | None = None, roughly: bool = False,
 ) -> LawAverages:  # fmt: skip
     """Return what the laws do on the average of a recording, by a pass that knows nothing of it.
 
@@ -55,6 +55,7 @@ def averages_at(
         index: of the recording.
         near: what they do at values nearby, which begin where these did; of a model with other
             states or laws it tells nothing.
+        roughly: whether laws that follow the motion begin by a step along slopes found nearby.
     """
     plant, trial = plants[here.which[index]], here.trials[index]
     if not here.laws:
@@ -71,7 +72,7 @@ def averages_at(
             if not value > last + ROUGHLY:
                 break
         return found
-    return _following(model, here, index, plant, near)
+    return _following(model, here, index, plant, near, roughly)
 
 
 def _known(here: Assembly, index: int) -> LawAverages:
@@ -83,8 +84,9 @@ def _known(here: Assembly, index: int) -> LawAverages:
 
 
 def _following(
-    model: Model, here: Assembly, index: int, plant: Sampled, near: LawAverages | None
-) -> LawAverages:
+    model: Model, here: Assembly, index: int, plant: Sampled, near: LawAverages | None,
+    roughly: bool,
+) -> LawAverages:  # fmt: skip
     """Return averages of laws that follow the motion that is estimated.
 
     Those with corners follow it from a start that is estimated with them: a filter that begins
@@ -96,17 +98,18 @@ def _following(
         found = _of_pass(model, here, trial, noise, passed)
         if not model.blurred or found.equivalent is None:
             return found
-        start, odds = estimated_start(here, trial, plant, noise, found)
+        start = estimated_start(here, trial, plant, noise, found)
     else:
         blur = None if near.blur is None else near.blur[: len(trial.y)]
         kicks = {k: more for k, more in near.kicks.items() if k < len(trial.y)}
         found = replace(near, blur=blur, kicks=kicks)
-        start, odds = estimated_start(here, trial, plant, noise, found, 1, near.start)
-    found = replace(found, start=start, start_odds=odds)
+        slopes = near.start_slopes if roughly else None
+        start = estimated_start(here, trial, plant, noise, found, 1, near.start, slopes)
+    found = found.begun(start)
     noise = found.beginning(noise)
     gain = gains(plant, noise, equivalent=found.equivalent, missing=trial.missing)
     again = _of_pass(model, here, trial, noise, run(here, trial, plant, gain, averages=found))
-    return found if again.equivalent is None else replace(again, start=start, start_odds=odds)
+    return found if again.equivalent is None else again.begun(start)
 
 
 def _of_pass(model: Model, here: Assembly, trial: Trial, noise: Noise, passed: Run) -> LawAverages:
@@ -184,12 +187,12 @@ def _holding(
     blur = near.blur if near.blur is not None and len(near.blur) == len(trial.y) else averages.blur
     before = replace(averages, slopes=near.slopes, blur=blur, kicks=near.kicks)
     steps = STEPS if near.start is None else 1
-    start, odds = estimated_start(here, trial, plant, noise, before, steps, near.start)
-    there = simulation(start)
+    start = estimated_start(here, trial, plant, noise, before, steps, near.start)
+    there = simulation(start.state)
     v = there.x @ plant.system.rate.T
     work = np.maximum(np.sum(there.f * v, axis=0), 0.0)
     dashpots = work / np.maximum(np.sum(v**2, axis=0), 1e-300)
-    begun = replace(averages, start=start, start_odds=odds)
+    begun = averages.begun(start)
     tried = [replace(begun, share=share, slopes=np.outer(dashpots * share, (0.0, 1.0)))
              for share in _shares(near)]  # fmt: skip
     scored = [likelihood(of, there) for of in tried]

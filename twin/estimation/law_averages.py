@@ -15,6 +15,23 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
+class Start:
+    """The state before the first sample with the greatest posterior.
+
+    Attributes:
+        state: (n,).
+        odds: what the log likelihood of the samples beside it lacks of their likelihood beside any,
+            by Laplace's method: -1/2 x^T P^-1 x - 1/2 log det (1 + P H) with H its information.
+        slopes: of the first whitened innovations with respect to deviations of the prior,
+            (values, k), where it was found.
+    """
+
+    state: Array
+    odds: float
+    slopes: Array
+
+
+@dataclass(frozen=True)
 class LawAverages:
     """What laws do on the average of one recording's motion; of a linear model nothing.
 
@@ -26,6 +43,7 @@ class LawAverages:
         share: of the laws' own dashpots that these are, where laws are simulated.
         start: state that laws are simulated from, or follow the motion from, (n,); any without.
         start_odds: what such a start adds to the log likelihood of what follows [nat].
+        start_slopes: of the first innovations with respect to it (``Start.slopes``).
         kicks: by sample, how much less certain blows, of hammers or at stops, leave the state
             before it, (n, n).
         acting: forces of the laws, (samples, l), where some are off while they act.
@@ -38,6 +56,7 @@ class LawAverages:
     share: float = 0.0
     start: Array | None = None
     start_odds: float = 0.0
+    start_slopes: Array | None = None
     kicks: Mapping[int, Array] = field(default_factory=dict)
     acting: Array | None = None
     errors: tuple[float, ...] = ()
@@ -57,6 +76,10 @@ class LawAverages:
         """Return noise levels of a filter that begins with the start, where one was estimated."""
         start = noise.start if self.start is None else 0 * noise.start
         return replace(noise, start=start, kicks=self.kicks)
+
+    def begun(self, start: Start) -> LawAverages:
+        """Return the same where laws begin with a state."""
+        return replace(self, start=start.state, start_odds=start.odds, start_slopes=start.slopes)
 
     def filtering(self, plant: Sampled) -> Sampled:
         """Return the system of a Kalman filter: of deviations, where laws are simulated."""

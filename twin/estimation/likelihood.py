@@ -90,7 +90,8 @@ def evaluate(
     here = model.assemble(z)
     plants = plants_of(here, model)
     known = averages or each(
-        lambda i: averages_at(model, here, plants, i, near[i] if near else None), len(here.trials)
+        lambda i: averages_at(model, here, plants, i, near[i] if near else None, not derivatives),
+        len(here.trials),
     )
     slopes = None
     moving = np.ones(len(model.unknowns), bool) if free is None else free

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from twin.estimation.density import density
 from twin.estimation.kalman import gains
-from twin.estimation.law_averages import LawAverages
+from twin.estimation.law_averages import LawAverages, Start
 from twin.estimation.model import Assembly, Trial
 from twin.estimation.passing import run
 from twin.estimation.system import Noise, Sampled
@@ -29,7 +29,7 @@ from twin.estimation.system import Noise, Sampled
 Array = NDArray[np.float64]
 Passed = Callable[[Array, bool], tuple[float, Array, Array]]
 """passed(s, sloped): half the sum of squares after a state s in deviations of the prior, (k,), and,
-where it is sloped, its gradient (k,) and curvature (k, k)."""
+where it is sloped, its gradient (k,) and the slopes of what is squared, (values, k)."""
 
 BEGINNING, FEWEST = 1024, 64
 """Samples that tell of the state before the first one: ten time constants of a mode with 1 % of
@@ -55,12 +55,9 @@ FIRST_DAMPING = 1e-4
 
 def estimated_start(
     here: Assembly, trial: Trial, plant: Sampled, noise: Noise, averages: LawAverages,
-    steps: int = STEPS, near: Array | None = None,
-) -> tuple[Array, float]:  # fmt: skip
-    """Return the state before the first sample with the greatest posterior, (n,), and its odds.
-
-    The odds are what the log likelihood of the samples beside that state lacks of their likelihood
-    beside any, by Laplace's method: -1/2 x^T P^-1 x - 1/2 log det (1 + P H) with H its information.
+    steps: int = STEPS, near: Array | None = None, slopes: Array | None = None,
+) -> Start:  # fmt: skip
+    """Return the state before the first sample with the greatest posterior.
 
     Args:
         here: for laws and numbers.
@@ -70,11 +67,12 @@ def estimated_start(
         averages: what the laws do on the average.
         steps: passes at most.
         near: a state that it is near to, (n,); found from few samples on without.
+        slopes: those found there, (values, k), to go on with (a chord step); found without.
     """
     root = _root_of_uncertain(noise.start)
     beside = partial(_beside, here, trial, plant, noise, averages, root)
     if near is not None:
-        return _climbed(beside(BEGINNING), root, steps, near, ENOUGH)[:2]
+        return _climbed(beside(BEGINNING, slopes), root, steps, near, ENOUGH)[0]
     # blows, and the mean of the prior, may lead to another maximum than few samples do
     measured = np.flatnonzero(~np.isnan(trial.y).all(axis=1))
     begin, few, state = int(measured[0]) if len(measured) else 0, FEWEST, near
@@ -82,11 +80,12 @@ def estimated_start(
     while begin + few < min(BEGINNING, len(trial.y)):
         passed = beside(begin + few)
         found = [_climbed(passed, root, steps, begun, ROUGHLY) for begun in beginnings]
-        state = min(found, key=lambda climbed: climbed[2])[0]
+        state = min(found, key=lambda climbed: climbed[1])[0].state
         beginnings, few = [state], 2 * few
     passed = beside(BEGINNING)
     both = [_climbed(passed, root, steps, begun, ROUGHLY) for begun in (state, None)]
-    return _climbed(passed, root, steps, min(both, key=lambda one: one[2])[0], ENOUGH)[:2]
+    best = min(both, key=lambda climbed: climbed[1])[0].state
+    return _climbed(passed, root, steps, best, ENOUGH)[0]
 
 
 def _beginnings(plant: Sampled, root: Array) -> list[Array]:
@@ -105,9 +104,12 @@ def _beginnings(plant: Sampled, root: Array) -> list[Array]:
 
 def _beside(
     here: Assembly, trial: Trial, plant: Sampled, noise: Noise, averages: LawAverages, root: Array,
-    samples: int,
+    samples: int, slopes: Array | None = None,
 ) -> Passed:  # fmt: skip
-    """Return what tells how likely the first samples are after a state, in deviations (k,)."""
+    """Return what tells how likely the first samples are after a state, in deviations (k,).
+
+    Slopes that are known are not asked for again.
+    """
     first = replace(trial, u=trial.u[:samples], between=trial.between[:samples],
                     y=trial.y[:samples],
                     blows=trial.blows and trial.blows.of_part(0, samples))  # fmt: skip
@@ -117,13 +119,14 @@ def _beside(
     known = replace(noise, start=0 * noise.start, kicks=kicks)
     gain = gains(averages.filtering(plant), known, equivalent=averages.equivalent,
                  missing=first.missing)  # fmt: skip
-    n = root.shape[1]
+    k = root.shape[1]
+    told = slopes if slopes is not None and slopes.shape == (first.y.size, k) else None
 
     def passed(s: Array, sloped: bool) -> tuple[float, Array, Array]:
-        nowhere = np.inf, np.zeros(n), np.eye(n)  # laws that run away from there
+        nowhere = np.inf, np.zeros(k), np.zeros((first.y.size, k))  # laws run away from there
         with np.errstate(all="ignore"):
-            result = run(here, first, plant, gain, x0=root @ s,
-                         dx0=root if sloped else None, averages=averages)  # fmt: skip
+            moved = root if sloped and told is None else None
+            result = run(here, first, plant, gain, x0=root @ s, dx0=moved, averages=averages)
             try:
                 part = density(result.e, first.y, result.gains.innovation, averages.blur)
             except np.linalg.LinAlgError:
@@ -131,28 +134,25 @@ def _beside(
             cost = 0.5 * float(np.sum(part.white**2) + s @ s)
             if not sloped:
                 return (cost if np.isfinite(cost) else np.inf), *nowhere[1:]
-            slopes = part.whitened(result.de)
-            gradient, curvature = slopes.T @ part.white.ravel() + s, slopes.T @ slopes + np.eye(n)
-        if not (np.isfinite(cost) and np.all(np.isfinite(curvature))):
+            found = part.whitened(result.de) if told is None else told
+            gradient = found.T @ part.white.ravel() + s
+        if not (np.isfinite(cost) and np.all(np.isfinite(found.T @ found))):
             return nowhere
-        return cost, gradient, curvature
+        return cost, gradient, found
 
     return passed
 
 
 def _climbed(
     passed: Passed, root: Array, steps: int, near: Array | None, enough: float
-) -> tuple[Array, float, float]:
-    """Return where damped steps climb to from a state nearby.
-
-    Returns:
-        The state (n,), its odds, and minus its log posterior up to a constant.
-    """
+) -> tuple[Start, float]:
+    """Return where damped steps climb to from a state nearby, and minus its log posterior there."""
     s: Array = np.zeros(root.shape[1])
     damping = 0.0
     if near is not None and np.all(np.isfinite(near)):
         s = np.asarray(np.linalg.lstsq(root, near, rcond=None)[0], float)
-    cost, gradient, H = passed(s, True)
+    cost, gradient, slopes = passed(s, True)
+    H = _curvature(slopes)
     for number in range(steps):
         try:
             step = -np.linalg.solve(H + damping * np.diag(np.diag(H)), gradient)
@@ -167,11 +167,17 @@ def _climbed(
         gained, s, damping, cost = cost - other, s + step, damping / 10, other
         if gained < enough or number == steps - 1:
             break
-        cost, gradient, H = passed(s, True)
+        cost, gradient, slopes = passed(s, True)
+        H = _curvature(slopes)
     sign, volume = np.linalg.slogdet(H)
     # of laws that all but run away rounding leaves no curvature: nothing tells for such a state
     odds = -0.5 * float(s @ s + volume) if sign > 0 else -np.inf
-    return np.asarray(root @ s), odds, cost
+    return Start(np.asarray(root @ s), odds, slopes), cost
+
+
+def _curvature(slopes: Array) -> Array:
+    """Return the curvature of a log posterior, (k, k), whose prior has deviations of one."""
+    return np.asarray(slopes.T @ slopes + np.eye(slopes.shape[1]))
 
 
 def _root_of_uncertain(covariance: Array) -> Array:
