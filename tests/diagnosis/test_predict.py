@@ -73,6 +73,12 @@ def test_a_prediction_holds_what_inputs_near_half_the_sampling_rate_do_between_s
     assert nrmse(measured, [deaf.free()]) > 0.1
 
 
+def test_where_laws_began_in_the_fit_tells_nothing_of_other_recordings(quick):
+    hypothesis = replace(Hypothesis(quick.train), begun=(np.ones(4),))
+    there, _ = placed(hypothesis, np.zeros(len(hypothesis.unknowns)), quick.test)
+    assert there.begun == ()
+
+
 def test_noise_beside_other_recordings_is_no_more_than_it_was_in_the_fit(quick):
     hypothesis = Hypothesis(quick.train)
     names = [u.name for u in hypothesis.unknowns]

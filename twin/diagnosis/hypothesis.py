@@ -10,7 +10,7 @@ law jump (an analyser's filter smears jumps, and no law is an exact jump), n pro
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import islice
 
@@ -53,12 +53,14 @@ class Hypothesis:
         priors: of each mechanism's parameters: name -> (mean, deviation), of the logarithm where
             its scale is "log", of the share where it is known as one.
         scales: of force, displacement and rate at each law's port, by place.
+        begun: of each recording, the state of the structure that laws may begin near, if known.
     """
 
     problem: Problem
     mechanisms: tuple[Mechanism, ...] = ()
     priors: tuple[dict[str, tuple[float, float]], ...] = ()
     scales: Scales | None = None
+    begun: tuple[Array | None, ...] = field(default=(), compare=False)
 
     @cached_property
     def laws(self) -> tuple[Law, ...]:
@@ -104,8 +106,7 @@ class Hypothesis:
     def stirs(self) -> bool:
         """Whether samples do not show all that a law does: jumps, fast modes, harmonics.
 
-        A law leans on modes above half the sampling rate, too: stepped with more damping than their
-        own they would give way late, and a spring would damp.
+        Fast modes that are stepped with more damping than theirs would give way to a law late.
         """
         most = max((law.harmonics for law in self._every_law), default=0)
         leans = bool(self._every_law) and self.problem.rings
@@ -215,6 +216,7 @@ class Hypothesis:
             own=tuple(plant.system for plant in plants.own),
             ringing=self._ringing if plants.own else None,
             errors=tuple(shares.get(self.port_of(law.place), 0.0) for law in laws),
+            begun=self.begun,
         )  # fmt: skip
 
     @cached_property

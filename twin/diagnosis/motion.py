@@ -46,3 +46,10 @@ def corrected(run: Run) -> Array:
     """Return the states of a pass once each sample is read, (samples, states)."""
     gain = run.gains.state[np.minimum(np.arange(len(run.x)), len(run.gains.state) - 1)]
     return np.asarray(run.x + np.einsum("kij,kj->ki", gain, run.e))
+
+
+def begun_with(run: Run) -> Array | None:
+    """Return displacements, then rates, of the structure where laws began, (2 n,), if they did."""
+    if run.averages.start is None:
+        return None
+    return np.concatenate([part[0] for part in run.moved(run.averages.start[None])])

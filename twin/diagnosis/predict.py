@@ -188,7 +188,7 @@ def placed(fitted: Hypothesis, z: Array, problem: Problem) -> tuple[Hypothesis, 
     known = {u.name: float(v) for u, v in zip(fitted.unknowns, z, strict=True)}
     own = fitted.problem
     there = replace(own, recordings=problem.recordings, scale=problem.scale)
-    here = replace(fitted, problem=there)
+    here = replace(fitted, problem=there, begun=())
     process = [v for name, v in known.items() if name.startswith("process noise")]
     most = _most_noise(fitted, z, there)
     values = np.zeros(len(here.unknowns))

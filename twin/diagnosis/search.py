@@ -24,7 +24,7 @@ from twin.diagnosis.explanation import (
     settled,
 )
 from twin.diagnosis.hypothesis import Hypothesis
-from twin.diagnosis.motion import Motion
+from twin.diagnosis.motion import Motion, begun_with
 from twin.diagnosis.moving import Rival, elsewhere, in_their_place, rivals_of
 from twin.diagnosis.non_parametric import doubtful, in_place_of, named_for
 from twin.diagnosis.portion import SURE
@@ -101,8 +101,8 @@ def search(
     while len(best.labels) < MOST:
         step += 1
         tell(f"search step {step}: screening")
-        here = replace(best.hypothesis, scales=scales)
         runs = passes(best.hypothesis, best.fit.z, best.fit.averages)
+        here = replace(best.hypothesis, scales=scales, begun=tuple(map(begun_with, runs)))
         candidates = [c for c in offer(moved, runs) if not _included(c, best.hypothesis)]
         cost = float(np.log(max(len(candidates), 2)))
         say = partial(_say, tell, step)

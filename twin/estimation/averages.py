@@ -55,7 +55,8 @@ def averages_at(
         index: of the recording.
         near: what they do at values nearby, which begin where these did; of a model with other
             states or laws it tells nothing.
-        roughly: whether laws that follow the motion begin by a step along slopes found nearby.
+        roughly: whether laws may begin roughly where they are likeliest to: values are compared,
+            or a step is tried.
     """
     plant, trial = plants[here.which[index]], here.trials[index]
     if not here.laws:
@@ -65,10 +66,10 @@ def averages_at(
         blur = _ringing(model, here, plant.system, trial) if model.blurred else None
         kicks, seen = blown(here, index, plant)
         known = LawAverages(blur=both(both(blur, trial.blur), seen), kicks=kicks)
-        value, found = _holding(here, index, plant, known, near, None)
+        value, found = _holding(here, index, plant, known, near, None, roughly)
         for _ in range(ROUNDS - 1 if near is None else 0):
             last = value
-            value, found = _holding(here, index, plant, known, found, last)
+            value, found = _holding(here, index, plant, known, found, last, roughly)
             if not value > last + ROUGHLY:
                 break
         return found
@@ -98,7 +99,8 @@ def _following(
         found = _of_pass(model, here, trial, noise, passed)
         if not model.blurred or found.equivalent is None:
             return found
-        start = estimated_start(here, trial, plant, noise, found)
+        guess = here.near(index, plant.system)
+        start = estimated_start(here, trial, plant, noise, found, guess=guess, roughly=roughly)
     else:
         blur = None if near.blur is None else near.blur[: len(trial.y)]
         kicks = {k: more for k, more in near.kicks.items() if k < len(trial.y)}
@@ -142,7 +144,7 @@ def _of_pass(model: Model, here: Assembly, trial: Trial, noise: Noise, passed: R
 
 def _holding(
     here: Assembly, index: int, plant: Sampled, averages: LawAverages, near: LawAverages | None,
-    known: float | None,
+    known: float | None, roughly: bool,
 ) -> tuple[float, LawAverages]:  # fmt: skip
     """Return averages with the start of the laws' simulation and dashpots for deviations from it.
 
@@ -156,6 +158,7 @@ def _holding(
         averages: without either.
         near: with both, as they were found nearby.
         known: log likelihood with these, where it was found for the very values.
+        roughly: see ``averages_at``.
 
     Returns:
         The log likelihood with them, and the averages.
@@ -187,7 +190,9 @@ def _holding(
     blur = near.blur if near.blur is not None and len(near.blur) == len(trial.y) else averages.blur
     before = replace(averages, slopes=near.slopes, blur=blur, kicks=near.kicks)
     steps = STEPS if near.start is None else 1
-    start = estimated_start(here, trial, plant, noise, before, steps, near.start)
+    guess = here.near(index, plant.system)
+    start = estimated_start(here, trial, plant, noise, before, steps, near.start, guess=guess,
+                            roughly=roughly)  # fmt: skip
     there = simulation(start.state)
     v = there.x @ plant.system.rate.T
     work = np.maximum(np.sum(there.f * v, axis=0), 0.0)

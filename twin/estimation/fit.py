@@ -45,7 +45,8 @@ FARTHEST = 8.0
 
 AFRESH = 4
 """Steps after which averages that followed from those of the one before are looked for as if from
-nowhere: a state that laws were simulated from where much was wrong leads astray where it is not."""
+nowhere, then twice as many, for they change less and less: a state that laws were simulated from
+where much was wrong leads astray where it is not."""
 
 CALMER = (1.0, 2.0)
 """By how much the logarithm of latent forces' levels is tried lower beside averages found
@@ -146,7 +147,7 @@ def fit(
     again = not any(run.averages.start is not None for run in here.runs)
     # a short fit is over before what it began with leads far astray
     stray = not again and most >= MOST_STEPS and _simulated(here)
-    best = here, score, z
+    best, afresh = (here, score, z), AFRESH
     code: Code = "stopped"
     for number in range(most):
         moved, damping, promise = _climbed(model, at, z, here, score, moving, damping)
@@ -156,7 +157,8 @@ def fit(
             if moved is None or found is None:
                 break
             z = moved
-            if stray and number % AFRESH == AFRESH - 1:
+            if stray and number + 1 == afresh:
+                afresh *= 2
                 z, found = _afresh(model, at, z, found, moving)
             gained = found.log_likelihood - 0.5 * float(z @ z) - score
             here, score = found, score + gained

@@ -129,6 +129,8 @@ class Assembly:
         own: the systems as they are simulated, with modes above half the sampling rate that ring
             as they do; none where there are none, or nothing is simulated.
         ringing: what these modes do to the outputs.
+        begun: of each recording, a state of the structure before its first sample that laws may
+            begin near, displacements, then rates; None, or none, where nothing is known of it.
     """
 
     systems: tuple[System, ...]
@@ -146,6 +148,20 @@ class Assembly:
     low_pass: LowPass | None = None
     own: tuple[System, ...] = ()
     ringing: Ringing | None = None
+    begun: tuple[Array | None, ...] = ()
+
+    def near(self, index: int, system: System) -> Array | None:
+        """Return the state of a system that laws may begin near in a recording, (n,), if known.
+
+        Coordinates that the structure did not have then, and filters, are at rest.
+        """
+        known = self.begun[index] if self.begun else None
+        if known is None:
+            return None
+        count, out = len(known) // 2, np.zeros(len(system.A))
+        out[:count] = known[:count]
+        out[system.coordinates : system.coordinates + count] = known[count:]
+        return out
 
 
 @dataclass(frozen=True)

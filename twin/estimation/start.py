@@ -56,6 +56,7 @@ FIRST_DAMPING = 1e-4
 def estimated_start(
     here: Assembly, trial: Trial, plant: Sampled, noise: Noise, averages: LawAverages,
     steps: int = STEPS, near: Array | None = None, slopes: Array | None = None,
+    guess: Array | None = None, roughly: bool = False,
 ) -> Start:  # fmt: skip
     """Return the state before the first sample with the greatest posterior.
 
@@ -68,6 +69,8 @@ def estimated_start(
         steps: passes at most.
         near: a state that it is near to, (n,); found from few samples on without.
         slopes: those found there, (values, k), to go on with (a chord step); found without.
+        guess: a state that it may be near to, (n,): that of a twin with less in it.
+        roughly: whether it may be ``ROUGHLY`` there, where it is not near one.
     """
     root = _root_of_uncertain(noise.start)
     beside = partial(_beside, here, trial, plant, noise, averages, root)
@@ -75,17 +78,17 @@ def estimated_start(
         return _climbed(beside(BEGINNING, slopes), root, steps, near, ENOUGH)[0]
     # blows, and the mean of the prior, may lead to another maximum than few samples do
     measured = np.flatnonzero(~np.isnan(trial.y).all(axis=1))
-    begin, few, state = int(measured[0]) if len(measured) else 0, FEWEST, near
+    begin, few, state = int(measured[0]) if len(measured) else 0, FEWEST, guess
     beginnings = _beginnings(plant, root)
-    while begin + few < min(BEGINNING, len(trial.y)):
+    while guess is None and begin + few < min(BEGINNING, len(trial.y)):
         passed = beside(begin + few)
         found = [_climbed(passed, root, steps, begun, ROUGHLY) for begun in beginnings]
         state = min(found, key=lambda climbed: climbed[1])[0].state
         beginnings, few = [state], 2 * few
     passed = beside(BEGINNING)
     both = [_climbed(passed, root, steps, begun, ROUGHLY) for begun in (state, None)]
-    best = min(both, key=lambda climbed: climbed[1])[0].state
-    return _climbed(passed, root, steps, best, ENOUGH)[0]
+    best = min(both, key=lambda climbed: climbed[1])[0]
+    return best if roughly else _climbed(passed, root, steps, best.state, ENOUGH)[0]
 
 
 def _beginnings(plant: Sampled, root: Array) -> list[Array]:
