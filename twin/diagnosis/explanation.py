@@ -156,13 +156,15 @@ def within_reach(options: Sequence[Hypothesis], z: Array) -> list[tuple[Hypothes
 
     Of one none is ruled out. What ends with laws seen as another option has them speaks for that
     one. Others begin with the inputs and the filter that the part led to, and where its fit ended
-    if that is likelier.
+    if that is likelier. Laws that follow the motion cost a tenth of simulated ones, which end where
+    they cannot get as far.
     """
     parts = map(on_a_part, options) if len(options) > 1 else ()
     ends: dict[tuple[tuple[Mechanism, ...], bool], tuple[Hypothesis, Fit]] = {}
-    for part in (part for part in parts if part is not None):
-        found = attempted(part, _sharpest(part, z), enough=ROUGH)
-        if found is not None:
+    for part in sorted((part for part in parts if part is not None), key=lambda h: h.simulated):
+        most = max((found.log_evidence for _, found in ends.values()), default=-np.inf)
+        found = attempted(part, _sharpest(part, z), hopeless=most - SURE, enough=ROUGH)
+        if found is not None and (found.code != "stopped" or found.log_evidence > most - SURE):
             ended, found = _unless_known(part, found, ROUGH)
             known = ends.get(_kind(ended))
             if known is None or found.log_evidence > known[1].log_evidence:
