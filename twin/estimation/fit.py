@@ -43,10 +43,10 @@ for it, and no less than -1/2 for none at all, but for levels that do the same t
 FARTHEST = 8.0
 """Prior deviations beyond which a fit that has not converged ran away: by chance, one in 10^15."""
 
-AFRESH = 4
+AFRESH = 4, 8, 16
 """Steps after which averages that followed from those of the one before are looked for as if from
-nowhere, then twice as many, for they change less and less: a state that laws were simulated from
-where much was wrong leads astray where it is not."""
+nowhere, seldomer as they change less: a state that laws were simulated from where much was wrong
+leads astray where it is not."""
 
 CALMER = (1.0, 2.0)
 """By how much the logarithm of latent forces' levels is tried lower beside averages found
@@ -147,7 +147,7 @@ def fit(
     again = not any(run.averages.start is not None for run in here.runs)
     # a short fit is over before what it began with leads far astray
     stray = not again and most >= MOST_STEPS and _simulated(here)
-    best, afresh = (here, score, z), AFRESH
+    best = here, score, z
     code: Code = "stopped"
     for number in range(most):
         moved, damping, promise = _climbed(model, at, z, here, score, moving, damping)
@@ -157,8 +157,7 @@ def fit(
             if moved is None or found is None:
                 break
             z = moved
-            if stray and number + 1 == afresh:
-                afresh *= 2
+            if stray and number + 1 in AFRESH:
                 z, found = _afresh(model, at, z, found, moving)
             gained = found.log_likelihood - 0.5 * float(z @ z) - score
             here, score = found, score + gained
