@@ -69,6 +69,16 @@ def test_it_is_the_law_that_was_concealed(pulled):
     assert np.std(true - stated - np.polyval(line, seen)) < 0.05 * np.std(true)
 
 
+def test_a_stop_beside_a_spring_is_no_force_without_a_name():
+    both = lumped(CubicStiffness("storey2", 2e6), Bumper("storey2", 300.0, 1e-3))
+    names = ("cubic_stiffness", "bumper", "restoring_force")
+    result, judged = found([recorded(both, 1, seconds=24.0)], [recorded(both, 2)], names)
+    assert {(f.mechanism.name, f.location) for f in judged.findings} == {
+        ("cubic_stiffness", "storey2"), ("bumper", "storey2"),
+    }  # fmt: skip
+    assert not any(m.generic for m in result.best.hypothesis.mechanisms)
+
+
 def test_two_laws_that_are_both_there_keep_their_names():
     both = lumped(CubicStiffness("storey2", 4e6), CoulombFriction("storey2", 0.05))
     names = ("cubic_stiffness", "coulomb_friction", "restoring_force")

@@ -39,6 +39,7 @@ from twin.diagnosis.valleys import WIDTH, Score, first_of_each
 from twin.estimation.fit import fit
 from twin.estimation.likelihood import passes
 from twin.estimation.passing import Run
+from twin.mechanisms.mechanism import Law
 
 Array = NDArray[np.float64]
 
@@ -202,7 +203,9 @@ def _promising(
         tolerance: of the drawing, as the search began with it.
         say: is told each fit.
     """
-    drawn = as_drawn(here, best.fit.z, candidates, tolerance)
+    # a force without a name waits for what names do, beside the drawing as well
+    named = [c for c in candidates if not (c.starts[0].generic and isinstance(c.starts[0], Law))]
+    drawn = as_drawn(here, best.fit.z, named, tolerance)
     first = first_of_each([s.candidate.label[0] for s in drawn])[:WIDTH]
     begun = [beside_the_drawing(here, drawn[i], tolerance) for i in first]
     fits = [e for e in fitted(here, best, begun, cost, say) if not says_less(e, candidates)]
