@@ -19,6 +19,7 @@ from twin.diagnosis.trifles import ends_in_a_trifle, is_trifle, no_trifle
 from twin.estimation.fit import fit
 from twin.mechanisms.cubic_stiffness import CubicStiffness
 from twin.mechanisms.damping import Damping
+from twin.mechanisms.sensor_gain import SensorGain
 
 GREAT = CubicStiffness("storey2", 2e6)
 SMALL = Damping("storey1", 1e-3)
@@ -72,3 +73,19 @@ def test_a_trifle_on_a_part_of_the_samples_is_fitted_beside_something_else_only(
     assert [line.split()[1] for line in told if line.startswith("fitting")] == (
         ["cubic_stiffness", "damping"] if there else []
     )
+
+
+@pytest.mark.parametrize(("level", "small"), [(1.0, True), (-8.0, False)])
+def test_a_fault_of_an_instrument_is_a_trifle_beside_what_its_channel_reads_of_a_poor_law(
+    level, small
+):
+    problem = prepare(lumped(), [recorded(lumped(), 1)], [recorded(lumped(), 2)]).train
+    blank = Hypothesis(problem)
+    moved = motions(problem, blank, np.zeros(len(blank.unknowns)))
+    spring, gain = CubicStiffness("storey2", 1e5), SensorGain("acc_floor2", 1.01)
+    priors = {"stiffness": (1e5, 1.0)}, {"gain": (np.log(1.01), 1.0)}
+    h = replace(blank, mechanisms=(spring, gain), priors=priors, scales=scales_of(problem, moved))
+    names = [u.name for u in h.unknowns]
+    z = np.zeros(len(names))
+    z[names.index("discrepancy storey2")] = level
+    assert is_trifle(h, fit(h, z, most=1, free=np.zeros(len(z), bool))) is small

@@ -106,13 +106,26 @@ def negligible(
         elif size is not None:
             out.append(0.0 < size < left or hidden.hides(index))
         elif isinstance(mechanism, ChannelFault):
-            out.append(all(
-                _altered_by(mechanism, s, name, model)[0] < hidden.left[name]
-                for name in mechanism.channels for s in beside
-            ))  # fmt: skip
+            out.append(_lost(mechanism, hidden.left, model, beside))
         else:
             out.append(False)
     return out
+
+
+def lost_in_laws(
+    hypothesis: Hypothesis, fit: Fit, beside: Sequence[Predictor], fault: ChannelFault
+) -> bool:
+    """Return whether a fault changes its channels by less than they read of what laws leave."""
+    left = _Hidden.beside(hypothesis, fit, beside).left
+    return _lost(fault, left, hypothesis.problem.model, beside)
+
+
+def _lost(
+    fault: ChannelFault, left: dict[str, float], model: LinearModel, beside: Sequence[Predictor]
+) -> bool:
+    """Return whether a fault changes its channels by less than is left there."""
+    pairs = ((name, s) for name in fault.channels for s in beside)
+    return all(_altered_by(fault, s, name, model)[0] < left[name] for name, s in pairs)
 
 
 @dataclass(frozen=True)

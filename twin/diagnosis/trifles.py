@@ -11,7 +11,7 @@ from twin.diagnosis.beginning import by_name, carried, likelier
 from twin.diagnosis.explanation import Explanation, explained
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.predict import predictors
-from twin.diagnosis.sizes import forces, negligible
+from twin.diagnosis.sizes import forces, lost_in_laws, negligible
 from twin.estimation.fit import Fit
 from twin.estimation.law_averages import LawAverages
 from twin.mechanisms.mechanism import ChannelFault, Disturbance
@@ -27,19 +27,23 @@ def is_trifle(
 ) -> bool:
     """Return whether the last mechanism is smaller than what is left beside the others.
 
+    A channel's calibration says nothing of the structure: a fault of an instrument is one where the
+    channel reads more of what laws leave.
+
     Args:
         hypothesis: the twin with its mechanisms, beside all samples.
         found: how it came out, there or beside a part of the samples.
         averages: of its laws beside all samples, where they are known.
     """
-    if isinstance(hypothesis.mechanisms[-1], ChannelFault):
-        return False  # a channel's calibration says nothing of the structure
     if any(isinstance(m, Disturbance) for m in hypothesis.mechanisms[:-1]):
         return False  # names that are not found yet may be in a force that nobody measured
     try:
         beside = predictors(hypothesis, found.z, averages)
     except np.linalg.LinAlgError:
         return False  # all samples have no likelihood where the part has one
+    last = hypothesis.at(found.z)[-1]
+    if isinstance(last, ChannelFault):
+        return lost_in_laws(hypothesis, found, beside, last)
     return negligible(hypothesis, found, beside, forces(hypothesis, found.z, beside))[-1]
 
 
