@@ -21,6 +21,7 @@ from twin.mechanisms.coulomb_friction import CoulombFriction
 from twin.mechanisms.cubic_stiffness import CubicStiffness
 from twin.mechanisms.damping import Damping
 from twin.mechanisms.sensor_gain import SensorGain
+from twin.mechanisms.sensor_hum import SensorHum
 from twin.mechanisms.sensor_unexplained import SensorUnexplained
 from twin.mechanisms.stiffness import Stiffness
 from twin.mechanisms.unmeasured_force import UnmeasuredForce
@@ -214,6 +215,19 @@ def test_a_channel_is_no_better_than_what_it_reads_of_what_a_law_leaves(problem)
         names = [u.name for u in h.unknowns]
         z = np.zeros(len(names))
         z[names.index("discrepancy storey2")] = level
+        found = fit(h, z, most=1, free=np.zeros(len(z), bool))
+        assert is_negligible(h, found)[1] is small
+
+
+def test_a_line_that_an_instrument_adds_is_not_lost_in_what_a_law_leaves(problem):
+    spring = CubicStiffness("storey2", 1e5)
+    humming = SensorHum("acc_floor2", amplitude=0.02 * problem.readings["acc_floor2"])
+    error = SensorUnexplained("acc_floor2", humming.amplitude, 5.0)
+    for fault, small in ((humming, False), (error, True)):
+        h = hypothesis(problem, spring, fault)
+        names = [u.name for u in h.unknowns]
+        z = np.zeros(len(names))
+        z[names.index("discrepancy storey2")] = 2.0
         found = fit(h, z, most=1, free=np.zeros(len(z), bool))
         assert is_negligible(h, found)[1] is small
 

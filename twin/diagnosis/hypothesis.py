@@ -106,7 +106,8 @@ class Hypothesis:
     def stirs(self) -> bool:
         """Whether samples do not show all that a law does: jumps, fast modes, harmonics.
 
-        Fast modes that are stepped with more damping than theirs would give way to a law late.
+        A law leans on modes above half the sampling rate, too: stepped with more damping than their
+        own they would give way late, and a spring would damp.
         """
         most = max((law.harmonics for law in self._every_law), default=0)
         leans = bool(self._every_law) and self.problem.rings

@@ -10,11 +10,14 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.diagnosis.discrepancy import DISCREPANCY_SHARE
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.problem import Problem
+from twin.diagnosis.readings import read_of_disturbance
 from twin.estimation.fit import Fit
 from twin.mechanisms.mechanism import Law, Mechanism
 from twin.mechanisms.unmeasured_force import UnmeasuredForce
+from twin.model.linear import LinearModel
 
 Array = NDArray[np.float64]
 
@@ -108,3 +111,41 @@ def _longest_s(problem: Problem) -> float:
     it knows one, and no motion does.
     """
     return max(len(r.y) for r in problem.recordings) * problem.step_s
+
+
+def smeared_by(hypothesis: Hypothesis, fit: Fit) -> dict[str, float]:
+    """Return the RMS of what the jumps of laws leave in outputs, by their names.
+
+    Args:
+        hypothesis: the twin with its mechanisms.
+        fit: how it came out.
+    """
+    readings = hypothesis.problem.readings
+    return {one.place: max(one.rms, DISCREPANCY_SHARE * readings[one.place])
+            for one in hypothesis.latent(fit.z) if one.place in hypothesis.smeared}  # fmt: skip
+
+
+def left_in(
+    hypothesis: Hypothesis, fit: Fit, lengths: Sequence[int], model: LinearModel,
+    read: Sequence[Array | None],
+) -> dict[str, float]:  # fmt: skip
+    """Return the RMS that outputs read of what laws leave, at their ports and where they jump.
+
+    Args:
+        hypothesis: the twin with its mechanisms.
+        fit: how it came out.
+        lengths: samples of every recording.
+        model: the structure.
+        read: RMS that outputs read of each mechanism, (m,), of laws that act at times at least.
+    """
+    step_s = hypothesis.problem.step_s
+    parts = [read_of_disturbance(one, lengths, model, step_s)
+             for one in hypothesis.latent(fit.z) if one.place in hypothesis.ports]  # fmt: skip
+    for mechanism, seen in zip(hypothesis.mechanisms, read, strict=True):
+        port = hypothesis.port_of(mechanism.place) if isinstance(mechanism, Law) else None
+        if port in hypothesis.erring and seen is not None:
+            parts.append(fit.values[f"discrepancy {port} share"] * seen)
+    whole = np.linalg.norm([np.zeros(len(model.outputs)), *parts], axis=0)
+    smears = smeared_by(hypothesis, fit)
+    return {name: max(float(rms), smears.get(name, 0.0))
+            for name, rms in zip(model.outputs, whole, strict=True)}  # fmt: skip

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from twin.diagnosis.discrepancy import DISCREPANCY_SHARE
 from twin.diagnosis.hypothesis import Hypothesis
-from twin.diagnosis.left import greatest_law, law_whose_form, left_at
+from twin.diagnosis.left import greatest_law, law_whose_form, left_at, left_in, smeared_by
 from twin.diagnosis.predict import Predictor
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.pushes import altered, edits, push_of, pushes, rms, unexplained_in
@@ -106,7 +106,7 @@ def negligible(
         elif size is not None:
             out.append(0.0 < size < left or hidden.hides(index))
         elif isinstance(mechanism, ChannelFault):
-            out.append(_lost(mechanism, hidden.left, model, beside))
+            out.append(hidden.loses(mechanism, hypothesis, beside))
         else:
             out.append(False)
     return out
@@ -116,16 +116,7 @@ def lost_in_laws(
     hypothesis: Hypothesis, fit: Fit, beside: Sequence[Predictor], fault: ChannelFault
 ) -> bool:
     """Return whether a fault changes its channels by less than they read of what laws leave."""
-    left = _Hidden.beside(hypothesis, fit, beside).left
-    return _lost(fault, left, hypothesis.problem.model, beside)
-
-
-def _lost(
-    fault: ChannelFault, left: dict[str, float], model: LinearModel, beside: Sequence[Predictor]
-) -> bool:
-    """Return whether a fault changes its channels by less than is left there."""
-    pairs = ((name, s) for name in fault.channels for s in beside)
-    return all(_altered_by(fault, s, name, model)[0] < left[name] for name, s in pairs)
+    return _Hidden.beside(hypothesis, fit, beside).loses(fault, hypothesis, beside)
 
 
 @dataclass(frozen=True)
@@ -137,13 +128,15 @@ class _Hidden:
         disturbing: which mechanisms are disturbances.
         latent: RMS of what no name explains, (m,).
         faults: which mechanisms are faults of instruments, that such errors hide nothing of.
-        left: RMS that each channel reads of what laws leave, at their ports and where they jump.
+        smears: RMS of what the jumps of laws leave in an output, by its name.
+        left: RMS that outputs read of what laws leave, at their ports and where they jump.
     """
 
     read: list[Array | None]
     disturbing: list[bool]
     latent: Array
     faults: list[bool]
+    smears: dict[str, float]
     left: dict[str, float]
 
     @classmethod
@@ -165,10 +158,9 @@ class _Hidden:
                 read[i] = read_of_disturbance(mechanism, lengths, model, h)
             elif push is not None:
                 read[i] = read_of(np.split(push[:, :n], np.cumsum(lengths)[:-1]), model, h)
-        left = dict.fromkeys((*model.inputs, *model.outputs), 0.0)
-        if any(faults):
-            left |= _left_in(hypothesis, fit, lengths, model, read)
-        return cls(read, disturbing, latent, faults, left)
+        smears = smeared_by(hypothesis, fit)
+        left = left_in(hypothesis, fit, lengths, model, read) if any(faults) else {}
+        return cls(read, disturbing, latent, faults, smears, left)
 
     def hides(self, index: int) -> bool:
         """Return whether all that outputs read of a mechanism may be the others' spectrum."""
@@ -181,33 +173,19 @@ class _Hidden:
         inexact_by = SPECTRUM_SHARE * np.linalg.norm([latent, *others], axis=0)
         return bool(np.all((seen < inexact_by) | (seen <= ROUNDING * np.max(seen))))
 
+    def loses(
+        self, fault: ChannelFault, hypothesis: Hypothesis, beside: Sequence[Predictor]
+    ) -> bool:
+        """Return whether a fault changes its channels by less than what laws leave there.
 
-def _left_in(
-    hypothesis: Hypothesis, fit: Fit, lengths: Sequence[int], model: LinearModel,
-    read: Sequence[Array | None],
-) -> dict[str, float]:  # fmt: skip
-    """Return the RMS that outputs read of what laws leave.
-
-    Args:
-        hypothesis: the twin with its mechanisms.
-        fit: how it came out.
-        lengths: samples of every recording.
-        model: the structure.
-        read: RMS that outputs read of each mechanism, (m,), of laws that act at times at least.
-    """
-    readings, parts = hypothesis.problem.readings, []
-    smears = {name: 0.0 for name in model.outputs}
-    for latent in hypothesis.latent(fit.z):
-        if latent.place in smears:
-            smears[latent.place] = max(latent.rms, DISCREPANCY_SHARE * readings[latent.place])
-        else:
-            parts.append(read_of_disturbance(latent, lengths, model, hypothesis.problem.step_s))
-    for mechanism, seen in zip(hypothesis.mechanisms, read, strict=True):
-        port = hypothesis.port_of(mechanism.place) if isinstance(mechanism, Law) else None
-        if port in hypothesis.erring and seen is not None:
-            parts.append(fit.values[f"discrepancy {port} share"] * seen)
-    whole = np.linalg.norm([np.zeros(len(smears)), *parts], axis=0)
-    return {n: max(float(w), smears[n]) for n, w in zip(model.outputs, whole, strict=True)}
+        What an instrument adds, a line or a drift, no law's form does.
+        """
+        model = hypothesis.problem.model
+        left = self.smears if _adds(fault) and not fault.generic else self.left
+        pairs = ((name, s) for name in fault.channels for s in beside)
+        return all(name in left for name in fault.channels) and all(
+            _altered_by(fault, s, name, model)[0] < left[name] for name, s in pairs
+        )
 
 
 def _scatter(problem: Problem, change: StructuralChange, beside: Sequence[Predictor]) -> float:
@@ -274,12 +252,14 @@ def _calibrated(fault: Mechanism, model: LinearModel, beside: Sequence[Predictor
     """Return whether a fault distorts its channels by less than a calibration is good for."""
     if not isinstance(fault, ChannelFault) or fault.of_motor or not fault.parameters:
         return False
-    instrument = fault.instrument(1.0)
     pairs = [_altered_by(fault, s, name, model) for name in fault.channels for s in beside]
-    if instrument is not None and instrument.G.size:  # it adds what has no one history
-        added = float(np.sqrt(np.max(np.diag(instrument.C @ instrument.start @ instrument.C.T))))
-        pairs = [(added, level) for _, level in pairs]
     return max((change / level for change, level in pairs if level), default=0.0) < CALIBRATED
+
+
+def _adds(fault: ChannelFault) -> bool:
+    """Return whether an instrument adds what has no one history."""
+    instrument = fault.instrument(1.0)
+    return instrument is not None and bool(instrument.G.size)
 
 
 def _altered_by(
@@ -290,8 +270,11 @@ def _altered_by(
     names = model.inputs if driven else model.outputs
     values = predictor.inputs if driven else np.nan_to_num(predictor.trial.y) - predictor.followed.e
     column = list(names).index(name)
-    changed = altered(fault, predictor, names, values)
-    return float(rms(changed[:, column])), float(rms(values[:, column]))
+    level, instrument = float(rms(values[:, column])), fault.instrument(1.0)
+    if instrument is not None and _adds(fault):
+        added = np.diag(instrument.C @ instrument.start @ instrument.C.T)
+        return float(np.sqrt(np.max(added))), level
+    return float(rms(altered(fault, predictor, names, values)[:, column])), level
 
 
 def _size(push: Array) -> float:
