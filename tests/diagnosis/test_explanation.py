@@ -57,6 +57,23 @@ def test_what_a_part_of_the_samples_rules_out_all_of_them_would():
     assert only[0].simulated is ends[values.index(max(values))][0].simulated
 
 
+def test_laws_that_follow_the_motion_come_first_and_simulated_ones_must_get_as_far(monkeypatch):
+    asked, own = [], explanation.attempted
+
+    def heard(h, z, **how):
+        found = own(h, z, **how)
+        asked.append((h.simulated, how["hopeless"], found.log_evidence))
+        return found
+
+    monkeypatch.setattr(explanation, "attempted", heard)
+    options = seen_otherwise(rubbing(24.0))
+    within_reach(options, start_of(options[0]))
+    (first, any_at_all, reached), (second, least, _) = asked
+    assert (first, second) == (False, True)
+    assert any_at_all == -np.inf
+    assert least >= reached - SURE
+
+
 def test_a_recording_that_is_hardly_longer_than_the_part_rules_out_none():
     options = seen_otherwise(rubbing(8.0))
     assert on_a_part(options[0]) is None

@@ -5,7 +5,7 @@ A further mechanism must be more than that to be a finding.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -127,7 +127,7 @@ def smeared_by(hypothesis: Hypothesis, fit: Fit) -> dict[str, float]:
 
 def left_in(
     hypothesis: Hypothesis, fit: Fit, lengths: Sequence[int], model: LinearModel,
-    read: Sequence[Array | None],
+    read: Sequence[Array | None], smears: Mapping[str, float],
 ) -> dict[str, float]:  # fmt: skip
     """Return the RMS that outputs read of what laws leave, at their ports and where they jump.
 
@@ -137,6 +137,7 @@ def left_in(
         lengths: samples of every recording.
         model: the structure.
         read: RMS that outputs read of each mechanism, (m,), of laws that act at times at least.
+        smears: what the jumps of laws leave (``smeared_by``).
     """
     step_s = hypothesis.problem.step_s
     parts = [read_of_disturbance(one, lengths, model, step_s)
@@ -146,6 +147,5 @@ def left_in(
         if port in hypothesis.erring and seen is not None:
             parts.append(fit.values[f"discrepancy {port} share"] * seen)
     whole = np.linalg.norm([np.zeros(len(model.outputs)), *parts], axis=0)
-    smears = smeared_by(hypothesis, fit)
     return {name: max(float(rms), smears.get(name, 0.0))
             for name, rms in zip(model.outputs, whole, strict=True)}  # fmt: skip

@@ -159,7 +159,7 @@ class _Hidden:
             elif push is not None:
                 read[i] = read_of(np.split(push[:, :n], np.cumsum(lengths)[:-1]), model, h)
         smears = smeared_by(hypothesis, fit)
-        left = left_in(hypothesis, fit, lengths, model, read) if any(faults) else {}
+        left = left_in(hypothesis, fit, lengths, model, read, smears) if any(faults) else {}
         return cls(read, disturbing, latent, faults, smears, left)
 
     def hides(self, index: int) -> bool:
@@ -181,7 +181,7 @@ class _Hidden:
         What an instrument adds, a line or a drift, no law's form does.
         """
         model = hypothesis.problem.model
-        left = self.smears if _adds(fault) and not fault.generic else self.left
+        left = self.left if _added_by(fault) is None or fault.generic else self.smears
         pairs = ((name, s) for name in fault.channels for s in beside)
         return all(name in left for name in fault.channels) and all(
             _altered_by(fault, s, name, model)[0] < left[name] for name, s in pairs
@@ -256,10 +256,12 @@ def _calibrated(fault: Mechanism, model: LinearModel, beside: Sequence[Predictor
     return max((change / level for change, level in pairs if level), default=0.0) < CALIBRATED
 
 
-def _adds(fault: ChannelFault) -> bool:
-    """Return whether an instrument adds what has no one history."""
+def _added_by(fault: ChannelFault) -> float | None:
+    """Return the RMS of what an instrument adds, which has no one history; None if nothing."""
     instrument = fault.instrument(1.0)
-    return instrument is not None and bool(instrument.G.size)
+    if instrument is None or not instrument.G.size:
+        return None
+    return float(np.sqrt(np.max(np.diag(instrument.C @ instrument.start @ instrument.C.T))))
 
 
 def _altered_by(
@@ -270,10 +272,9 @@ def _altered_by(
     names = model.inputs if driven else model.outputs
     values = predictor.inputs if driven else np.nan_to_num(predictor.trial.y) - predictor.followed.e
     column = list(names).index(name)
-    level, instrument = float(rms(values[:, column])), fault.instrument(1.0)
-    if instrument is not None and _adds(fault):
-        added = np.diag(instrument.C @ instrument.start @ instrument.C.T)
-        return float(np.sqrt(np.max(added))), level
+    level, added = float(rms(values[:, column])), _added_by(fault)
+    if added is not None:
+        return added, level
     return float(rms(altered(fault, predictor, names, values)[:, column])), level
 
 

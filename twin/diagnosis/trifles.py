@@ -35,13 +35,15 @@ def is_trifle(
         found: how it came out, there or beside a part of the samples.
         averages: of its laws beside all samples, where they are known.
     """
+    last = hypothesis.at(found.z)[-1]
+    if isinstance(last, ChannelFault) and not (hypothesis.doubted or hypothesis.erring):
+        return False  # no law leaves anything
     if any(isinstance(m, Disturbance) for m in hypothesis.mechanisms[:-1]):
         return False  # names that are not found yet may be in a force that nobody measured
     try:
         beside = predictors(hypothesis, found.z, averages)
     except np.linalg.LinAlgError:
         return False  # all samples have no likelihood where the part has one
-    last = hypothesis.at(found.z)[-1]
     if isinstance(last, ChannelFault):
         return lost_in_laws(hypothesis, found, beside, last)
     return negligible(hypothesis, found, beside, forces(hypothesis, found.z, beside))[-1]

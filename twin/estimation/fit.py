@@ -44,7 +44,7 @@ FARTHEST = 8.0
 """Prior deviations beyond which a fit that has not converged ran away: by chance, one in 10^15."""
 
 AFRESH = 4, 8, 16
-"""Steps after which averages are looked for as if from nowhere, seldomer as they change less: a
+"""Steps after which averages are looked for as if from nowhere, rarer as they change less: a
 state that laws were simulated from where much was wrong leads astray where it is not."""
 
 CALMER = (1.0, 2.0)
