@@ -56,7 +56,7 @@ def diagnosed(whole: Recording) -> dict[str, Any]:
     """Return what was found in the first half, and errors on the second, published beside."""
     train, test = halves(whole)
     ready = prepare(Twin.load("drive"), [train], [test], UNKNOWN, UNKNOWN)
-    problem, start = choose(ready.train)
+    problem, start = choose(ready.train, ready.known)
     best = search(problem, offer(problem, ready.kinds), start=start).best
     h, z = best.hypothesis, best.fit.z
     values = {f"{m.name} {m.place}": m.values for m in h.at(z)}

@@ -69,7 +69,7 @@ def as_drawn(
     if hypothesis.mechanisms or not far_off(hypothesis.problem, z):
         return []
     drawn, nothing = with_tolerance(hypothesis, 0 * z, tolerance)
-    short = beginning_of(drawn)
+    short = _without_noise(beginning_of(drawn))
     followed = replace(short.problem, low_pass=None)
     before = _left(_errors(short, nothing))
 
@@ -134,6 +134,13 @@ def seen_in_simulation(mechanism: Mechanism) -> bool:
     if through is None or not through.G.size:
         return True
     return bool(np.any(through.B)) or not np.array_equal(through.D, np.eye(len(through.D)))
+
+
+def _without_noise(hypothesis: Hypothesis) -> Hypothesis:
+    """Return a hypothesis without the states of inputs' noise, which no simulation hears."""
+    problem = hypothesis.problem
+    recordings = tuple(replace(r, bands=()) for r in problem.recordings)
+    return replace(hypothesis, problem=replace(problem, recordings=recordings))
 
 
 def _weakest(starts: Sequence[Mechanism]) -> list[Law]:

@@ -6,7 +6,7 @@ computer holds its output), so the two are asked for apart.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -47,19 +47,29 @@ KINDS: dict[Between, str] = {
 }
 
 
-def choose(problem: Problem) -> tuple[Problem, Array]:
+def choose(problem: Problem, known: Mapping[str, float] | None = None) -> tuple[Problem, Array]:
     """Return the problem with what the inputs do between samples, and a calibration.
 
     Band-limited unless another is better from there on. What holds its value is half a sample late,
     and so may be a channel: another than band-limited is asked for again beside delays of all
     outputs. A calibration that runs away tells nothing of either, unless it is the inputs that it
     ran away from: they are asked for again beside what explains more.
+
+    Args:
+        problem: the estimation problem.
+        known: values by name of a calibration without large motion, if there is one: the first one
+            begins there, with large motion or without it, as it is likelier.
     """
     blank = Hypothesis(problem)
-    first = fit(blank, start_of(blank))
+    start = start_of(blank)
+    if known:
+        start = carried(blank, known)
+        without = replace(blank, problem=replace(problem, large=False))
+        blank = max((blank, without), key=lambda h: likeliest(h, [start])[0])
+    first = fit(blank, start)
     hypothesis, found = again(blank, first, inputs_alone=first.code == "ran away")
     if found.code == "ran away":
-        return problem, first.z
+        return blank.problem, first.z
     if set(hypothesis.problem.between) != {"band_limited"}:
         late, z = _late(hypothesis, found)
         other, beside = again(late, fit(late, z))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -27,8 +27,13 @@ ENOUGH = 3.0
 1 to 20; and for inputs that are not band-limited, as those of analysers are."""
 
 
-def with_large_motion(twin: Twin, problems: Sequence[Problem]) -> list[Problem]:
+def with_large_motion(
+    twin: Twin, problems: Sequence[Problem]
+) -> tuple[list[Problem], Mapping[str, float]]:
     """Return problems with what large motion adds, where the first one's recordings show it.
+
+    And values by name of the first one calibrated without it, if it was: a calibration with it may
+    begin there.
 
     Whether they do, a predictor says that trusts the nominal model little; along which motion, the
     twin calibrated without it. What explains more moves more nearly so (``along_its_motion``).
@@ -39,17 +44,18 @@ def with_large_motion(twin: Twin, problems: Sequence[Problem]) -> list[Problem]:
     """
     geometry = geometry_of(twin, problems[0].model)
     if geometry is None:
-        return list(problems)
+        return list(problems), {}
     blank = Hypothesis(problems[0])
     if not _seen(problems[0], geometry, _along(blank, geometry, start_of(blank))):
-        return list(problems)
-    out, known = [], dict[str, float]()
+        return list(problems), {}
+    out, known, first = [], dict[str, float](), dict[str, float]()
     for problem in problems:
         blank = Hypothesis(problem)
         z = fit(blank, widened(blank, carried(blank, known))).z
         known |= by_name(blank, z)
+        first = first or dict(known)
         out.append(_with(problem, geometry, _along(blank, geometry, z)))
-    return out
+    return out, first
 
 
 def along_its_motion(

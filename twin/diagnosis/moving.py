@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 
 from twin.diagnosis.beginning import added, attempted, by_name, carried, likelier, moved_to
 from twin.diagnosis.candidates import Candidate
+from twin.diagnosis.dropping import on_part, settled_against
 from twin.diagnosis.explanation import Explanation, explained
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.portion import ROUGH, SURE, beginning_of
+from twin.estimation.fit import Fit
 from twin.mechanisms.mechanism import ChannelFault
 
 Array = NDArray[np.float64]
@@ -59,15 +61,13 @@ def in_their_place(best: Explanation, rivals: Sequence[Rival], cost: float) -> l
         rivals: of its mechanisms; those of what is not there any more are passed over.
         cost: of each mechanism [nat].
     """
-    out = []
-    for rival in rivals:
-        label = rival.explanation.labels[-1]
-        if rival.chosen not in best.labels or label in best.labels or len(best.labels) < 2:
-            continue
-        found = _instead(best, best.labels.index(rival.chosen), rival.explanation, cost)
-        if found is not None:
-            out.append(found)
-    return out
+    there = [r for r in rivals if len(best.labels) > 1 and r.chosen in best.labels
+             and r.explanation.labels[-1] not in best.labels]  # fmt: skip
+    beside = on_part(best) if there else None
+    tried = (
+        _instead(best, best.labels.index(r.chosen), r.explanation, cost, beside) for r in there
+    )
+    return [found for found in tried if found is not None]
 
 
 def elsewhere(best: Explanation, candidates: Sequence[Candidate], cost: float) -> list[Explanation]:
@@ -117,13 +117,21 @@ def _as_much(h: Hypothesis, place: str, other: str) -> float:
     return (h.scales.at(place)[1] / h.scales.at(other)[1]) ** 2
 
 
-def _instead(best: Explanation, at: int, other: Explanation, cost: float) -> Explanation | None:
-    """Return an explanation with the last mechanism of another one at a place of the list."""
+def _instead(
+    best: Explanation, at: int, other: Explanation, cost: float, beside: Fit | None
+) -> Explanation | None:
+    """Return an explanation with the last mechanism of another one at a place of the list.
+
+    None where a part of the samples, to which the explanation was fitted, settles that it is less
+    likely.
+    """
     h = best.hypothesis
     mechanisms, priors = list(h.mechanisms), list(h.priors)
     mechanisms[at], priors[at] = other.hypothesis.mechanisms[-1], other.hypothesis.priors[-1]
     exchanged = replace(h, mechanisms=tuple(mechanisms), priors=tuple(priors))
     ours, theirs = (by_name(e.hypothesis, e.fit.z) for e in (best, other))
     begun = [carried(exchanged, known) for known in (theirs | ours, ours | theirs)]
+    if beside is not None and settled_against(exchanged, begun, beside):
+        return None
     _, z = likelier(exchanged, begun)
     return explained(exchanged, z, cost, best)

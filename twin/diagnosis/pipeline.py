@@ -116,7 +116,7 @@ def diagnose(
             ready.train, ready.test, offer(ready.train, ready.kinds), clock
         )
     else:
-        problem, start = choose(ready.train)
+        problem, start = choose(ready.train, ready.known)
         found = search(problem, offer(problem, ready.kinds), clock, start)
         found, faults = _without_wrong(found, ready.kinds, clock)
         seen = tuple(hidden_in_words(fault) for fault in faults)

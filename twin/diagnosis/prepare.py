@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,6 +76,7 @@ class Prepared:
         shaken: whether the ground alone drives the structure.
         simulated: whether hypotheses are judged by their simulation: the ground alone shakes a
             structure whose numbers are hardly known.
+        known: values by name from which a calibration may begin; none where none are.
     """
 
     twin: Twin
@@ -86,6 +87,7 @@ class Prepared:
     notes: tuple[str, ...]
     shaken: bool = False
     simulated: bool = False
+    known: Mapping[str, float] = field(default_factory=dict)
 
 
 def prepare(
@@ -158,8 +160,9 @@ def prepare(
         for part in (measured[: len(train)], measured[len(train) :])
     ]  # fmt: skip
     _enough(problems[0], slowest)
+    begun: Mapping[str, float] = {}
     if not simulated:
-        problems = with_large_motion(twin, problems)
+        problems, begun = with_large_motion(twin, problems)
     train_problem, known = with_known(twin, problems[0])
     test_problem = replace(
         problems[1], known=train_problem.known, known_scales=train_problem.known_scales
@@ -167,7 +170,7 @@ def prepare(
     notes += [*known, *checked(twin, train_problem, simulated)]
     faults = tuple(f for _, found in read[: len(train)] for f in found)
     return Prepared(
-        twin, train_problem, test_problem, kinds, faults, tuple(notes), shaken, simulated
+        twin, train_problem, test_problem, kinds, faults, tuple(notes), shaken, simulated, begun
     )
 
 

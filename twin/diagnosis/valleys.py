@@ -74,19 +74,21 @@ def of_valleys(fit: Fit, linear: Linearised, candidates: Sequence[Candidate]) ->
     here = climb(linear.beside(short), fit.z, free=linear.free)
     known = {u.name: z for u, z in zip(hypothesis.unknowns, fit.z, strict=True)}
     adjusted = Adjusted(linear.beside(short), here)
+    gone = far_off(short.problem, here.z)
     racing: list[_Race] = []
     for candidate in candidates:
         runners = []
         for start in candidate.starts:
             grown = added(short, candidate, start)
             model, z = linear.beside(grown), moved_to(grown, short, here.z, start)
-            runners.append(_nearer(adjusted, here, model, (z, nominal(grown, z))))
+            options = (z, nominal(grown, z)) if gone else (z,)
+            runners.append(_nearer(adjusted, here, model, options))
         racing.append((candidate, _likelier(runners)))
     # the others adjusted, where it begins tells already which places of a mechanism are unlikely
     behind: list[_Race] = []
     racing = _halved_by_kind(racing, behind)
     racing = [(c, _likelier(_followed(adjusted, here, runners))) for c, runners in racing]
-    if not hypothesis.laws and far_off(short.problem, here.z):
+    if not hypothesis.laws and gone:
         # laws are held as they were beside the calibrated twin
         racing = _with_nominal(linear, short, here, racing)
     # what gains no more on this part than a step has to is as far as it gets
@@ -217,7 +219,7 @@ def _further(without: float, runner: _Runner, steps: int) -> _Runner:
     """Return where so many steps lead from a runner; the log posterior without it is known."""
     _, z, model = runner
     try:
-        found = climb(model, z, most=steps, free=model.free)
+        found = climb(model, z, most=steps, free=model.free, curved=False)
     except np.linalg.LinAlgError:
         return runner
     return found.log_posterior - without, found.z, model

@@ -112,6 +112,7 @@ def fit(
     enough: float = ENOUGH,
     near: Sequence[LawAverages] | None = None,
     patience: float = WORTH,
+    curved: bool = True,
 ) -> Fit:
     """Climb the log posterior by Gauss-Newton steps, damped where they do not climb.
 
@@ -126,6 +127,7 @@ def fit(
         enough: gain in log posterior [nat] below which a step is not worth another.
         near: averages of laws at values nearby, where they are known.
         patience: gain [nat] below which ``PATIENCE`` steps are not worth another.
+        curved: whether to see how curved it is at the end; no covariance, no evidence without.
 
     Raises:
         NoLikelihoodError: the model has no likelihood where the fit begins.
@@ -152,7 +154,8 @@ def fit(
         moved, damping, promise = _climbed(model, at, z, here, score, moving, damping)
         settled = promise < enough
         if not settled:
-            found = None if moved is None else _with_derivatives(at, moved, here.averages)
+            last = not curved and number + 1 == most
+            found = None if moved is None else _found(at, moved, here.averages, slopes=not last)
             if moved is None or found is None:
                 break
             z = moved
@@ -169,9 +172,9 @@ def fit(
             code = "converged"
             if again:
                 break
-            last, again = best[0], not stray
-            z, here = _afresh(model, at, best[2], last, moving)
-            if here is last:
+            before, again = best[0], not stray
+            z, here = _afresh(model, at, best[2], before, moving)
+            if here is before:
                 break
             score, gains, code = here.log_likelihood - 0.5 * float(z @ z), (), "stopped"
             best = here, score, z
@@ -236,7 +239,7 @@ def _afresh(
             best, place, least = found, tried, value
     if best is here:
         return z, here
-    told = _with_derivatives(at, place, None, best.averages)
+    told = _found(at, place, None, best.averages)
     return (z, here) if told is None else (place, told)
 
 
@@ -278,23 +281,19 @@ def _climbs(at: Likelihood, z: Array, score: float, here: Value) -> bool:
     But where laws with corners follow the motion, levels and averages hang on one another.
     """
     follow = any(run.begun for run in here.runs)
-    try:
-        # a step may lead anywhere; where nothing is finite it is not taken
-        with np.errstate(all="ignore"):
-            found = at(z, False, None if follow else here.averages, here.averages)
-    except np.linalg.LinAlgError:
-        return False
-    return found.log_likelihood - 0.5 * float(z @ z) > score
+    # a step may lead anywhere; where nothing is finite it is not taken
+    found = _found(at, z, here.averages, None if follow else here.averages, slopes=False)
+    return found is not None and found.log_likelihood - 0.5 * float(z @ z) > score
 
 
-def _with_derivatives(
+def _found(
     at: Likelihood, z: Array, near: Sequence[LawAverages] | None,
-    known: Sequence[LawAverages] | None = None,
+    known: Sequence[LawAverages] | None = None, slopes: bool = True,
 ) -> Value | None:  # fmt: skip
-    """Return the model at a place with derivatives, None where it has none."""
+    """Return the model at a place, with derivatives if asked for, None where it has none."""
     try:
         with np.errstate(all="ignore"):
-            found = at(z, True, known, near)
+            found = at(z, slopes, known, near)
     except np.linalg.LinAlgError:
         return None
     return found if np.all(np.isfinite(found.information)) else None
