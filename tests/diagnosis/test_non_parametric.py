@@ -31,6 +31,11 @@ def magnet(drift, rate):
     return 0.6 * (1 - (0.012 / (0.012 - np.clip(drift, -0.05, 0.008))) ** 2)
 
 
+def nearly_cubic(drift, rate):
+    """A spring that hardens with a power that no mechanism has, 2.7."""
+    return 4e4 * np.abs(drift) ** 1.7 * drift
+
+
 def found(train, test, names=NAMES):
     ready = prepare(lumped(), train, test)
     whole = offer(ready.train, ready.kinds)
@@ -67,6 +72,26 @@ def test_it_is_the_law_that_was_concealed(pulled):
     # masses and stiffnesses are known to a share only, and so is a straight line in the law
     line = np.polyfit(seen, true - stated, 1)
     assert np.std(true - stated - np.polyval(line, seen)) < 0.05 * np.std(true)
+
+
+def test_a_law_that_is_nearly_right_keeps_its_name_and_no_companion():
+    names = ("cubic_stiffness", "clearance", "restoring_force")
+    train, test = ([concealed(nearly_cubic, ACROSS, s, scale=0.5, seconds=24.0)] for s in (1, 2))
+    result, judged = found(train, test, names)
+    assert result.best.labels == (("cubic_stiffness", "storey2"), ("restoring_force", "storey2"))
+    (law,) = judged.findings
+    assert (law.mechanism.name, law.location) == ("cubic_stiffness", "storey2")
+    assert judged.verdict == "missing_physics"
+    (form,) = judged.negligible
+    assert any("stands for what cubic_stiffness at storey2 leaves" in n for n in judged.notes)
+    # what is left is said, and the form corrects it
+    drift = np.concatenate([m.q @ ACROSS for m in result.motion])
+    still = np.zeros_like(drift)
+    off = law.mechanism.force(drift, still, still, 0.0) - nearly_cubic(drift, 0.0)
+    better = off + form.mechanism.force(drift, still, still, 0.0)
+    straight = [x - drift * (drift @ x) / (drift @ drift) for x in (off, better)]
+    assert np.std(straight[1]) < 0.5 * np.std(straight[0])
+    assert 0.02 < law.unexplained < 0.5
 
 
 def test_a_stop_beside_a_spring_is_no_force_without_a_name():

@@ -16,6 +16,7 @@ from twin.diagnosis.problem import Problem
 from twin.diagnosis.readings import read_of_disturbance
 from twin.estimation.fit import Fit
 from twin.mechanisms.mechanism import Law, Mechanism
+from twin.mechanisms.restoring_force import RestoringForce
 from twin.mechanisms.unmeasured_force import UnmeasuredForce
 from twin.model.linear import LinearModel
 
@@ -35,7 +36,9 @@ def greatest_law(
 def law_whose_form(
     hypothesis: Hypothesis, z: Array, sizes: Sequence[float | None], index: int
 ) -> int | None:
-    """Return the index of the law whose form a force that nobody measured stands for, if for one's.
+    """Return the index of the law whose form a force without a name stands for, if for one's.
+
+    A force of the displacement that is smaller than a law of the same one is what that leaves.
 
     A latent force at a law's port is what that law leaves there, whatever its spectrum: the
     discrepancy has one band, and laws may leave several. It is another force where it is greater
@@ -50,6 +53,9 @@ def law_whose_form(
     """
     mechanisms, model = hypothesis.at(z), hypothesis.problem.model
     force, size = mechanisms[index], sizes[index]
+    if isinstance(force, RestoringForce):
+        there = (i for i, m in enumerate(mechanisms) if force.includes(m))
+        return next((i for i in there if (sizes[i] or 0.0) > (size or 0.0)), None)
     if not isinstance(force, UnmeasuredForce) or size is None or force.place not in model.ports:
         return None
     port = hypothesis.port_of(force.place)

@@ -82,13 +82,13 @@ def in_place_of(
     wide = any(isinstance(mechanisms[i], Disturbance) for i in dubious)
     kept_laws = [m for i, m in enumerate(mechanisms) if i not in dubious and isinstance(m, Law)]
     known = [m for m in hypothesis.problem.known_at(fit.z) if isinstance(m, Law)]
-    forces = _missing(hypothesis, fit, moved, (*kept_laws, *known))
+    forces = missing_of(hypothesis, fit, moved, (*kept_laws, *known))
     options = []
     for candidate in generic:
         place = candidate.starts[0].place
         if not wide and place not in {mechanisms[i].place for i in dubious}:
             continue
-        start, share = _regressed(hypothesis, candidate, moved, forces)
+        start, share = regressed(hypothesis, candidate, moved, forces)
         options.append((place in at_ports, share, candidate, start))
     options.sort(key=lambda option: option[:2], reverse=True)
     out = []
@@ -96,7 +96,7 @@ def in_place_of(
         place = start.place
         there = {i for i, m in enumerate(mechanisms)
                  if m.place == place and not isinstance(m, ChannelFault)}  # fmt: skip
-        out.append(_exchanged(hypothesis, fit, there | dubious, candidate, start))
+        out.append(exchanged(hypothesis, fit, there | dubious, candidate, start))
     return out
 
 
@@ -124,7 +124,7 @@ def named_for(
             drift = np.quantile(np.concatenate([m.q @ row for m in moved]),
                                 np.linspace(0.0, 1.0, DRIFTS))  # fmt: skip
             like = min((_like(law, force, drift) for law in laws), key=lambda pair: pair[0])[1]
-            out.append(_exchanged(hypothesis, fit, {forces[place]}, candidate, like))
+            out.append(exchanged(hypothesis, fit, {forces[place]}, candidate, like))
     return out
 
 
@@ -151,7 +151,7 @@ def _like(law: Law, force: Law, drift: Array) -> tuple[float, Law]:
     return float(found.cost), at(found.x)
 
 
-def _missing(
+def missing_of(
     hypothesis: Hypothesis, fit: Fit, moved: Sequence[Motion], laws: Sequence[Law]
 ) -> list[Array]:
     """Return the force on the coordinates that no kept law gives, for each recording, (N, n)."""
@@ -165,7 +165,7 @@ def _missing(
     return out
 
 
-def _regressed(
+def regressed(
     hypothesis: Hypothesis, candidate: Candidate, moved: Sequence[Motion], forces: Sequence[Array]
 ) -> tuple[Mechanism, float]:
     """Return a law fitted to the missing force, and the share of its power that it explains.
@@ -173,33 +173,45 @@ def _regressed(
     The prior is a ridge.
     """
     start = candidate.starts[0]
+    basis, target = terms_of(hypothesis, candidate, moved, forces)
+    row = hypothesis.problem.model.port(start.place)
+    weights, _ = ridge(basis, target)
+    values = {name: d * w for (name, (_, d)), w in
+              zip(candidate.priors.items(), weights.tolist(), strict=True)}  # fmt: skip
+    everything = np.concatenate(forces)
+    left = everything - np.outer(basis @ weights, row)
+    share = 1 - float(np.sum(left**2) / np.sum(everything**2))
+    return start.with_values(values), share
+
+
+def terms_of(
+    hypothesis: Hypothesis, candidate: Candidate, moved: Sequence[Motion], forces: Sequence[Array]
+) -> tuple[Array, Array]:
+    """Return the law's terms, each a prior deviation strong, (samples, terms), and the force."""
+    start, problem = candidate.starts[0], hypothesis.problem
     assert isinstance(start, RestoringForce)
-    problem = hypothesis.problem
-    row = problem.model.port(start.place)
-    unit = start.scale
-    names = list(start.parameters)
     columns = [
         np.concatenate([
-            along_motion(start.with_values({name: unit}), problem, motion) for motion in moved
-        ])
-        for name in names
+            along_motion(start.with_values({name: start.scale}), problem, motion)
+            for motion in moved
+        ]) * candidate.priors[name][1] / start.scale
+        for name in start.parameters
     ]  # fmt: skip
-    basis = np.column_stack(columns)
-    target = np.concatenate([force @ row / (row @ row) for force in forces])
-    deviations = np.array([candidate.priors[name][1] / unit for name in names])
-    scaled = basis * deviations
-    ridge = LEFT**2 * float(np.mean(target**2))
-    weights = np.linalg.solve(scaled.T @ scaled + ridge * np.eye(len(names)), scaled.T @ target)
-    values = deviations * weights * unit
-    everything = np.concatenate(forces)
-    left = everything - np.outer(scaled @ weights, row)
-    share = 1 - float(np.sum(left**2) / np.sum(everything**2))
-    return start.with_values(dict(zip(names, values.tolist(), strict=True))), share
+    row = problem.model.port(start.place)
+    return np.column_stack(columns), np.concatenate([force @ row / (row @ row) for force in forces])
 
 
-def _exchanged(
+def ridge(basis: Array, target: Array) -> tuple[Array, Array]:
+    """Return the estimates of weights that are about one, and their variances, (terms,) each."""
+    noise = LEFT**2 * float(np.mean(target**2))
+    covariance = noise * np.linalg.inv(basis.T @ basis + noise * np.eye(basis.shape[1]))
+    return covariance @ (basis.T @ target) / noise, np.diag(covariance)
+
+
+def exchanged(
     hypothesis: Hypothesis, fit: Fit, gone: set[int], candidate: Candidate, start: Mechanism
 ) -> tuple[Hypothesis, list[Array]]:
+    """Return a hypothesis with a candidate in place of some mechanisms, and where fits begin."""
     kept = [i for i in range(len(hypothesis.mechanisms)) if i not in gone]
     fewer = replace(
         hypothesis,

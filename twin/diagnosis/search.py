@@ -24,6 +24,7 @@ from twin.diagnosis.explanation import (
     settled,
 )
 from twin.diagnosis.hypothesis import Hypothesis
+from twin.diagnosis.law_form import as_large_as_found, beside_their_laws, without_a_name
 from twin.diagnosis.motion import Motion, begun_with
 from twin.diagnosis.moving import Rival, elsewhere, in_their_place, rivals_of
 from twin.diagnosis.non_parametric import doubtful, in_place_of, named_for
@@ -142,7 +143,7 @@ def search(
         else:
             moved = _moved(best)
             other = _without_names(best, candidates, cost, moved, tried, tell)
-            if any(m.generic for m in other.hypothesis.mechanisms):
+            if without_a_name(other.hypothesis):
                 unnamed = other if other.labels != best.labels else None
             else:
                 best = other
@@ -261,11 +262,14 @@ def _without_names(
 ) -> Explanation:
     """Return the explanation with a non-parametric force for names that mimic it, if likelier."""
     h, z = best.hypothesis, best.fit.z
-    dubious = doubtful(h, best.fit, forces(h, z, predictors(h, z, best.fit.averages)))
+    sizes = forces(h, z, predictors(h, z, best.fit.averages))
+    dubious = doubtful(h, best.fit, sizes)
     if not dubious:
         return best
     beside, chosen = on_part(best), best
-    for number, (other, starts) in enumerate(in_place_of(h, best.fit, moved, candidates, dubious)):
+    options = in_place_of(h, best.fit, moved, candidates, dubious)
+    options += beside_their_laws(h, best.fit, moved, candidates, dubious, sizes)
+    for number, (other, starts) in enumerate(options):
         place = other.mechanisms[-1].place
         tell(f"fitting a non-parametric restoring force at {place} ({number + 1})")
         _, begun = likelier(other, [z for start in starts for z in beginnings(other, start)])
@@ -273,11 +277,15 @@ def _without_names(
             continue
         found = explained(other, begun, cost, best)
         if found is not None:
+            if not without_a_name(other):
+                found = as_large_as_found(found)
             found = without_needless(found, cost, tried)
             _keep(tried, found)
             best = max(best, found, key=lambda e: e.log_odds)
     # a name may be likelier from where the force is than from its own first guesses
-    new = [] if best is chosen else named_for(best.hypothesis, best.fit, _moved(best), candidates)
+    new = []
+    if best is not chosen and without_a_name(best.hypothesis):
+        new = named_for(best.hypothesis, best.fit, _moved(best), candidates)
     for other, starts in new:
         found = explained(other, likelier(other, starts)[1], cost, best)
         if found is not None:
