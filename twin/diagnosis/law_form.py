@@ -14,11 +14,13 @@ from numpy.typing import NDArray
 
 from twin.diagnosis.beginning import attempted
 from twin.diagnosis.candidates import Candidate
+from twin.diagnosis.discrepancy import DISCREPANCY_DEVIATION, DISCREPANCY_SHARE
 from twin.diagnosis.drawing import odds_of
 from twin.diagnosis.explanation import Explanation
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.motion import Motion
 from twin.diagnosis.non_parametric import exchanged, missing_of, regressed, ridge, terms_of
+from twin.diagnosis.scales import ROUNDING
 from twin.estimation.fit import Fit
 from twin.mechanisms.mechanism import Law
 from twin.mechanisms.restoring_force import RestoringForce
@@ -29,9 +31,9 @@ LAPS = 5
 """Steps by which the sizes of a form's terms are found: the last ones change the evidence by less
 than a nat."""
 
-MOST = 0.1
+MOST = DISCREPANCY_SHARE * float(np.exp(DISCREPANCY_DEVIATION))
 """Share of a law's force at the largest displacement that a term of its form has beforehand at
-most: without the law it is no form of one."""
+most: as much as a discrepancy is within a deviation of its prior."""
 
 
 def without_a_name(hypothesis: Hypothesis) -> bool:
@@ -125,8 +127,14 @@ def _shrunk(
 def _sized(
     priors: Mapping[str, tuple[float, float]], sizes: Array, form: RestoringForce, law: Law
 ) -> dict[str, tuple[float, float]]:
-    """Return priors with so many times the deviations, (terms,), none as large as the law."""
+    """Return priors with so many times the deviations, (terms,), none as large as the law.
+
+    Powers of the displacement and of the rate have names: they are no form of another law.
+    """
     ends, still = form.reach * np.array([-1.0, 1.0]), np.zeros(2)
     most = MOST * float(np.max(np.abs(law.force(ends, still, still, 0.0))))
-    pairs = zip(priors.items(), sizes.tolist(), strict=True)
-    return {name: (mean, min(size * deviation, most)) for (name, (mean, deviation)), size in pairs}
+    out = {}
+    for (name, (mean, deviation)), size in zip(priors.items(), sizes.tolist(), strict=True):
+        bends = name.startswith(("right", "left"))
+        out[name] = mean, min(size * deviation, most if bends else ROUNDING * most)
+    return out
