@@ -19,7 +19,7 @@ from twin.diagnosis.directions import directions_of
 from twin.diagnosis.drawing import far_off, with_tolerance
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.portion import ROUGH, beginning_of
-from twin.diagnosis.valleys import FIRST, LAPS, Score
+from twin.diagnosis.valleys import FIRST, LAPS, Score, half_of_each
 from twin.estimation.fit import LONGEST
 from twin.estimation.laws import no_memory
 from twin.estimation.parallel import each
@@ -84,31 +84,36 @@ def as_drawn(
         value = before - _left(_errors(grown, at))
         return value if np.isfinite(value) else -np.inf, at, start
 
-    def strongest(candidate: Candidate, laws: Sequence[Law]) -> _Value:
-        best = max((begun(candidate, law.scaled(STRONGER)) for law in laws), key=lambda v: v[0])
+    def first(index: int) -> _Value:
+        laws = [law.scaled(STRONGER) for law in weakest[index]]
+        options = (begun(shown[index], start) for start in laws or shown[index].starts)
+        return max(options, key=lambda v: v[0])
+
+    def strongest(index: int) -> _Value:
+        candidate, best = shown[index], firsts[index]
         if not best[0] > 0:
-            return max((begun(candidate, law) for law in laws), key=lambda v: v[0])
+            return max((begun(candidate, law) for law in weakest[index]), key=lambda v: v[0])
         while True:
             found = begun(candidate, best[2].scaled(STRONGER))
-            if not found[0] > max(best[0], 0.0) + ROUGH:
+            if not found[0] > best[0] + ROUGH:
                 return best
             best = found
 
     def nearest(index: int) -> Score | None:
-        candidate = shown[index]
-        laws = _weakest(candidate.starts)
-        if laws:
-            gain, _, start = strongest(candidate, laws)
-        else:
-            gain, at, start = max((begun(candidate, s) for s in candidate.starts),
-                                  key=lambda v: v[0])  # fmt: skip
-            if np.isfinite(gain):
-                grown = with_it(candidate, start)
-                at, left = _nearer(grown, at)
-                gain, start = before - left, grown.at(at)[-1]
+        candidate, (gain, at, start) = shown[index], firsts[index]
+        if index in ahead and weakest[index]:
+            gain, _, start = strongest(index)
+        elif index in ahead and np.isfinite(gain):
+            grown = with_it(candidate, start)
+            at, left = _nearer(grown, at)
+            gain, start = before - left, grown.at(at)[-1]
         return Score(candidate, start, gain) if gain > 0 else None
 
     shown = [c for c in candidates if seen_in_simulation(c.starts[0])]
+    weakest = [_weakest(c.starts) for c in shown]
+    firsts = each(first, len(shown))
+    # where it begins tells already which places of a mechanism are unlikely
+    ahead = set(half_of_each([c.label[0] for c in shown], [value for value, _, _ in firsts]))
     found = [one for one in each(nearest, len(shown)) if one is not None]
     return sorted(found, key=lambda one: -one.gain)
 

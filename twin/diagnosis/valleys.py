@@ -186,13 +186,19 @@ def _with_nominal(
 
 def _halved_by_kind(racing: list[_Race], behind: list[_Race]) -> list[_Race]:
     """Return the likelier half of the places of every mechanism; the others are put behind."""
-    out: list[_Race] = []
-    for name in dict.fromkeys(candidate.label[0] for candidate, _ in racing):
-        alike = [race for race in racing if race[0].label[0] == name]
-        alike.sort(key=lambda race: -race[1][0][0])
-        kept = max((len(alike) + 1) // 2, WIDTH)
-        out += alike[:kept]
-        behind += alike[kept:]
+    names = [candidate.label[0] for candidate, _ in racing]
+    ahead = half_of_each(names, [runners[0][0] for _, runners in racing])
+    behind += [race for i, race in enumerate(racing) if i not in ahead]
+    return [racing[i] for i in ahead]
+
+
+def half_of_each(names: Sequence[str], values: Sequence[float]) -> list[int]:
+    """Return where the half of each name with greater values stands, ``WIDTH`` at least."""
+    out = list[int]()
+    for name in dict.fromkeys(names):
+        alike = [i for i, other in enumerate(names) if other == name]
+        alike.sort(key=lambda i: -values[i])
+        out += alike[: max((len(alike) + 1) // 2, WIDTH)]
     return out
 
 
