@@ -19,7 +19,7 @@ from twin.diagnosis.drawing import far_off
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.linearised import Linearised
 from twin.diagnosis.portion import ROUGH, beginning_of
-from twin.estimation.fit import Fit
+from twin.estimation.fit import LONGEST, Fit
 from twin.estimation.fit import fit as climb
 from twin.mechanisms.mechanism import Mechanism
 
@@ -75,13 +75,16 @@ def of_valleys(fit: Fit, linear: Linearised, candidates: Sequence[Candidate]) ->
     known = {u.name: z for u, z in zip(hypothesis.unknowns, fit.z, strict=True)}
     adjusted = Adjusted(linear.beside(short), here)
     gone = far_off(short.problem, here.z)
+    # the nominal twin is another beginning where no step reaches it from where the fit is
+    base = here.z[: len(short.problem.base_unknowns)]
+    apart = gone or bool(np.max(np.abs(base), initial=0.0) > LONGEST)
     racing: list[_Race] = []
     for candidate in candidates:
         runners = []
         for start in candidate.starts:
             grown = added(short, candidate, start)
             model, z = linear.beside(grown), moved_to(grown, short, here.z, start)
-            options = (z, nominal(grown, z)) if gone else (z,)
+            options = (z, nominal(grown, z)) if apart else (z,)
             runners.append(_nearer(adjusted, here, model, options))
         racing.append((candidate, _likelier(runners)))
     # the others adjusted, where it begins tells already which places of a mechanism are unlikely
