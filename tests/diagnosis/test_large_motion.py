@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 
 from twin import hammer_test
-from twin.diagnosis.beginning import added, moved_to, start_of
+from twin.diagnosis.beginning import added, likeliest, moved_to, start_of
 from twin.diagnosis.between import again, choose, motion_in_words
 from twin.diagnosis.candidates import Candidate, motions, priors_of, scales_of
 from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.predict import nrmse, predictors
 from twin.diagnosis.prepare import prepare
-from twin.estimation.fit import fit
+from twin.estimation.fit import WORTH, fit
 from twin.estimation.likelihood import passes
 from twin.mechanisms.cubic_stiffness import CubicStiffness
 from twin.model import Twin
@@ -67,13 +67,20 @@ def linear(recording):
 
 def test_a_structure_that_moves_far_on_straight_lines_is_taken_as_it_moves():
     first, second = hits(20.0)
-    problem = prepare(Twin.load("two_storey"), [linear(first)], [second]).train
+    ready = prepare(Twin.load("two_storey"), [linear(first)], [second])
+    problem = ready.train
     assert problem.geometry is not None
-    chosen, _ = choose(problem)
+    chosen, z = choose(problem)
     assert chosen.geometry is None
+    # a calibration that goes on from the one without large motion ends there as well
+    begun, there = choose(problem, ready.known)
+    assert begun.geometry is None
+    (first_end, _), (end, _) = (likeliest(Hypothesis(chosen), [at]) for at in (z, there))
+    assert abs(first_end - end) < WORTH
     assert motion_in_words(problem) == ()
     assert "linear in its geometry" in motion_in_words(chosen)[0]
-    kept, _ = choose(prepare(Twin.load("two_storey"), [first], [second]).train)
+    ready = prepare(Twin.load("two_storey"), [first], [second])
+    kept, _ = choose(ready.train, ready.known)
     assert kept.geometry is not None
     assert motion_in_words(kept) == ()
 

@@ -63,6 +63,17 @@ def test_a_mechanism_is_found_elsewhere_though_it_was_put_at_the_wrong_place(pro
     assert elsewhere(there, [], COST) == []
 
 
+def test_a_rival_that_a_part_of_the_samples_settles_is_not_fitted_to_all(monkeypatch):
+    heavier = lumped().including(HEAVIER)
+    recordings = [recorded(heavier, seed, seconds=24.0) for seed in (1, 2)]
+    problem = prepare(lumped(), recordings[:1], recordings[1:], None, 0.005, None).train
+    right, wrong = explanation(problem, HEAVIER, GAIN), explanation(problem, SOFTER)
+    tried = []
+    monkeypatch.setattr("twin.diagnosis.moving.explained", lambda h, *rest: tried.append(h))
+    assert in_their_place(right, [Rival(("mass", "floor1"), wrong)], COST) == []
+    assert tried == []
+
+
 def test_there_is_none_where_what_was_chosen_is_gone_or_stands_alone(wrong, rival):
     assert in_their_place(wrong, [Rival(("damping", "storey2"), rival)], COST) == []
     assert in_their_place(rival, [Rival(("mass", "floor1"), wrong)], COST) == []

@@ -127,6 +127,22 @@ def two_stiff():
     return replace(trial, y=1.2 * trial.y)
 
 
+def test_a_short_fit_ends_at_the_same_place_though_nobody_asks_how_curved_it_is_there():
+    model, start = cubic(), np.ones(4)
+    asked = {True: 0, False: 0}
+    ends = {}
+    for curved in asked:
+
+        def counted(z, derivatives=True, *rest, curved=curved):
+            asked[curved] += derivatives
+            return evaluate(model, z, derivatives, *rest)
+
+        ends[curved] = fit(model, start, most=3, likelihood=counted, curved=curved)
+    assert asked == {True: 4, False: 3}
+    assert np.array_equal(ends[True].z, ends[False].z)
+    assert ends[True].log_posterior == ends[False].log_posterior
+
+
 def test_what_is_held_stays():
     model = cubic(200)
     free = np.array([True, False, True, True])

@@ -23,7 +23,7 @@ from twin.diagnosis.non_parametric import exchanged, missing_of, regressed, ridg
 from twin.diagnosis.scales import ROUNDING
 from twin.estimation.fit import Fit
 from twin.mechanisms.mechanism import Law
-from twin.mechanisms.restoring_force import RestoringForce
+from twin.mechanisms.restoring_force import BENT, RestoringForce
 
 Array = NDArray[np.float64]
 
@@ -135,6 +135,5 @@ def _sized(
     most = MOST * float(np.max(np.abs(law.force(ends, still, still, 0.0))))
     out = {}
     for (name, (mean, deviation)), size in zip(priors.items(), sizes.tolist(), strict=True):
-        bends = name.startswith(("right", "left"))
-        out[name] = mean, min(size * deviation, most if bends else ROUNDING * most)
+        out[name] = mean, min(size * deviation, most if name in BENT else ROUNDING * most)
     return out

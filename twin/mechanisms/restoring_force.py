@@ -20,6 +20,9 @@ what bends near the middle bends within a small share of it."""
 
 BENDS = tuple(range(1, len(KNOTS) + 1))
 
+BENT = tuple(f"{side}_{bend}" for side in ("right", "left") for bend in BENDS)
+"""The terms that no power of drift or rate is, and so no other law."""
+
 
 def law(
     drift: Any,
