@@ -32,11 +32,11 @@ def with_large_motion(
 ) -> tuple[list[Problem], Mapping[str, float]]:
     """Return problems with what large motion adds, where the first one's recordings show it.
 
-    And values by name of the first one calibrated without it, if it was: a calibration with it may
-    begin there.
-
     Whether they do, a predictor says that trusts the nominal model little; along which motion, the
     twin calibrated without it. What explains more moves more nearly so (``along_its_motion``).
+
+    Returns with them the values by name of the first one so calibrated, from which another
+    calibration may begin; none where nothing is seen.
 
     Args:
         twin: the nominal one.

@@ -21,15 +21,11 @@ from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.motion import Motion
 from twin.diagnosis.non_parametric import exchanged, missing_of, regressed, ridge, terms_of
 from twin.diagnosis.scales import ROUNDING
-from twin.estimation.fit import Fit
+from twin.estimation.fit import WORTH, Fit
 from twin.mechanisms.mechanism import Law
 from twin.mechanisms.restoring_force import BENT, RestoringForce
 
 Array = NDArray[np.float64]
-
-LAPS = 5
-"""Steps by which the sizes of a form's terms are found: the last ones change the evidence by less
-than a nat."""
 
 MOST = DISCREPANCY_SHARE * float(np.exp(DISCREPANCY_DEVIATION))
 """Share of a law's force at the largest displacement that a term of its form has beforehand at
@@ -90,7 +86,8 @@ def as_large_as_found(explanation: Explanation) -> Explanation:
     is of few of the terms, and the others are none.
     """
     best = explanation
-    for _ in range(LAPS):
+    gained = WORTH
+    while gained >= WORTH:  # less, Laplace's method itself is off by
         h, found = best.hypothesis, best.fit
         *before, form = h.at(found.z)
         assert isinstance(form, RestoringForce)
@@ -116,11 +113,8 @@ def _shrunk(
     """Return a law's form with terms as large beforehand as the force says, whose sum it is."""
     form = candidate.starts[0]
     assert isinstance(form, RestoringForce)
-    terms, target = terms_of(hypothesis, candidate, moved, forces)
-    sizes = np.ones(terms.shape[1])
-    for _ in range(LAPS):
-        weights, variances = ridge(terms * sizes, target)
-        sizes *= np.sqrt(weights**2 + variances)
+    weights, variances = ridge(*terms_of(hypothesis, candidate, moved, forces))
+    sizes = np.sqrt(weights**2 + variances)
     return replace(candidate, priors=_sized(candidate.priors, sizes, form, law))
 
 
