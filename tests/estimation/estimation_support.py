@@ -146,8 +146,8 @@ class TwoMasses:
 
 def shaken(samples: int, seed: int, laws=(), ports=(), noise=(0.05, 0.02), missing=0.0) -> Trial:
     """Return a recording of the two masses by a fine integration of their laws."""
-    from twin.estimation.kalman import gains
-    from twin.estimation.passing import open_loop, run
+    from twin.estimation.kalman import gains, open_loop
+    from twin.estimation.passing import run
     from twin.estimation.system import sampled
 
     rng = np.random.default_rng(seed)

@@ -16,11 +16,11 @@ from estimation_support import (
 )
 from scipy.integrate import solve_ivp
 
-from twin.estimation.kalman import Gains, gains
+from twin.estimation.kalman import Gains, gains, open_loop
 from twin.estimation.laws import memory_along
 from twin.estimation.likelihood import evaluate
 from twin.estimation.model import Trial
-from twin.estimation.passing import open_loop, run
+from twin.estimation.passing import run
 from twin.estimation.system import sampled
 
 PORTS = ((1.0, 0.0),)

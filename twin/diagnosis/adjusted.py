@@ -30,7 +30,7 @@ class Adjusted:
     """
 
     def __init__(self, model: Linearised, fit: Fit) -> None:
-        value = evaluate(model, fit.z, free=model.free)
+        value = evaluate(model, fit.z, free=model.free, filtered=True)
         self._names, self._parts, own = profiled(model.unknowns, model.free, value, fit.z)
         self._profiled, self.log_posterior = own, -own.left(own.white, own.pull)
 

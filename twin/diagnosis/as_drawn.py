@@ -21,10 +21,11 @@ from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.portion import ROUGH, beginning_of
 from twin.diagnosis.valleys import FIRST, LAPS, Score, half_of_each
 from twin.estimation.fit import LONGEST
+from twin.estimation.kalman import silent
 from twin.estimation.laws import no_memory
 from twin.estimation.parallel import each
 from twin.estimation.passing import run, simulated
-from twin.estimation.sensitivities import STEP, no_slopes, numbers_of, plants_of, silent
+from twin.estimation.sensitivities import STEP, no_slopes, numbers_of, plants_of
 from twin.mechanisms.mechanism import ChannelFault, Disturbance, Law, Mechanism
 
 Array = NDArray[np.float64]

@@ -19,10 +19,10 @@ from twin.diagnosis.measured import Measured
 from twin.diagnosis.problem import Problem
 from twin.diagnosis.straight import prefiltered
 from twin.estimation.averages import averages_at
-from twin.estimation.kalman import Gains, gains
+from twin.estimation.kalman import Gains, gains, open_loop
 from twin.estimation.law_averages import LawAverages
 from twin.estimation.model import Assembly, Trial
-from twin.estimation.passing import Run, open_loop, run
+from twin.estimation.passing import Run, run
 from twin.estimation.sensitivities import plants_of
 from twin.estimation.start import estimated_start, root_of
 from twin.estimation.system import Noise, Sampled

@@ -118,9 +118,9 @@ class ScoreTest:
 
     def __init__(self, hypothesis: Hypothesis, fit: Fit) -> None:
         self.hypothesis, self.fit = hypothesis, fit
-        value = evaluate(hypothesis, fit.z, averages=fit.averages)
+        value = evaluate(hypothesis, fit.z, averages=fit.averages, filtered=True)
         self.linear = Linearised.of(hypothesis, value.runs)
-        self._without = evaluate(self.linear, fit.z, derivatives=False).runs
+        self._without = passes(self.linear, fit.z)
         # where laws began with an estimated state, what is added may have begun with another one
         self.runs = tuple(
             own if own.averages.start is None else replace(own, e=linear.e, gains=linear.gains)
@@ -247,7 +247,7 @@ class ScoreTest:
         What the linearised laws miss is no matter of what is added: only changes count.
         """
         try:
-            value = evaluate(self.linear.beside(grown), z, derivatives=False)
+            value = evaluate(self.linear.beside(grown), z, derivatives=False, filtered=True)
         except np.linalg.LinAlgError:
             return -np.inf, -np.inf
         triples = zip(self.runs, value.runs, self._without, strict=True)

@@ -22,11 +22,12 @@ from twin.diagnosis.hypothesis import Hypothesis
 from twin.diagnosis.motion import Motion, motion_of
 from twin.errors import NoLikelihoodError
 from twin.estimation.fit import Fit, fit
+from twin.estimation.kalman import silent
 from twin.estimation.law_averages import LawAverages
 from twin.estimation.likelihood import Value
 from twin.estimation.parallel import each
 from twin.estimation.passing import Run, passed
-from twin.estimation.sensitivities import plants_of, silent, slopes_of
+from twin.estimation.sensitivities import plants_of, slopes_of
 
 Array = NDArray[np.float64]
 

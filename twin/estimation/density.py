@@ -59,7 +59,9 @@ def density(e: Array, y: Array, innovation: Array, blur: Array | None) -> Part:
     c = np.ascontiguousarray
     value = _density(c(e), c(y), c(innovation), more, roots, white, balance)
     if not np.isfinite(value):
-        raise NoLikelihoodError("the innovations have no density: a covariance is not positive")
+        raise NoLikelihoodError(
+            "the innovations have no density: the model runs away, or a covariance is not positive"
+        )
     return Part(float(value), white, balance, roots)
 
 

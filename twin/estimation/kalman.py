@@ -11,15 +11,10 @@ from numpy.typing import NDArray
 from twin.arrays import plain
 from twin.errors import NoLikelihoodError
 from twin.estimation.products import add_product
+from twin.estimation.riccati import stationary
 from twin.estimation.system import Noise, Sampled
 
 Array = NDArray[np.float64]
-
-DOUBLINGS = 60
-"""At most; each squares the number of samples that the covariance has settled over."""
-
-SETTLED = 1e-13
-"""Largest step, as a share of the largest covariance, with which the doubling has converged."""
 
 SAME = 1e-3
 """Share of its stationary value within which the innovations' covariance counts as settled."""
@@ -43,6 +38,17 @@ class Gains:
     held: Array
     innovation: Array
     predicted: Array
+
+
+def open_loop(gain: Gains) -> Gains:
+    """Return gains that listen to nothing: the predictor is then a simulation."""
+    return Gains(0 * gain.state[-1:], 0 * gain.held[-1:], gain.innovation, gain.predicted)
+
+
+def silent(plant: Sampled) -> Gains:
+    """Return gains of no filter at all, with which the predictor is a simulation."""
+    (n, held), m = plant.W.shape, len(plant.system.C)
+    return Gains(np.zeros((1, n, m)), np.zeros((1, held, m)), np.eye(m)[None], np.zeros((n, n)))
 
 
 @dataclass(frozen=True)
@@ -139,17 +145,24 @@ def matrices_of(
     Raises:
         NoLikelihoodError: the Riccati equation has no stationary solution.
     """
-    system = sampled.system
-    A, C = sampled.whole, system.C
-    if equivalent is not None:
-        A, C = A + equivalent.whole, C + equivalent.C
-    A, C, W, V = plain(A), plain(C), plain(sampled.entry * noise.held), plain(system.V * noise.held)
-    R = np.diag(noise.output**2)
-    Q = W @ W.T + sampled.Q
+    A, C, W, V, Q, R = linear_of(sampled, noise, equivalent)
+    Q = W @ W.T + Q
     P = stationary(A, C, Q, R + V @ V.T, W @ V.T)
     if not np.all(np.isfinite(P)):
         raise NoLikelihoodError("the Riccati equation has no stationary solution")
     return A, C, W, V, Q, R, P
+
+
+def linear_of(
+    sampled: Sampled, noise: Noise, equivalent: EquivalentLinear | None = None
+) -> tuple[Array, Array, Array, Array, Array, Array]:
+    """Return A, C, W and V of unit disturbances, Q of the continuous noises alone, and R."""
+    system = sampled.system
+    A, C = sampled.whole, system.C
+    if equivalent is not None:
+        A, C = A + equivalent.whole, C + equivalent.C
+    W, V = sampled.entry * noise.held, system.V * noise.held
+    return plain(A), plain(C), plain(W), plain(V), sampled.Q, np.diag(noise.output**2)
 
 
 @numba.njit(nogil=True, cache=True)
@@ -265,34 +278,3 @@ def _sequence(A, C, W, V, Q, R, start, stationary, first, missing, at, kicks):  
         used = k + 1
     state[used], held[used], innovation[used] = last_state, last_held, last
     return state[: used + 1], held[: used + 1], innovation[: used + 1]
-
-
-@numba.njit(nogil=True, cache=True)
-def stationary(A, C, Q, R, S):  # type: ignore[no-untyped-def]
-    """Return the stationary covariance by doubling (Chu, Fan, Lin and Wang 2004), (n, n).
-
-    It stays exact where the Schur method cannot order its eigenvalues: oscillators that hardly
-    decay under noise that is hardly there. All are NaN where it does not converge.
-    """
-    inverse = np.linalg.inv(R)
-    gain = S @ inverse
-    a = np.ascontiguousarray((A - gain @ C).T)
-    g = np.ascontiguousarray(C.T) @ inverse @ C
-    h = Q - gain @ np.ascontiguousarray(S.T)
-    n = len(A)
-    eye = np.eye(n)
-    for _ in range(DOUBLINGS):
-        w = np.linalg.solve(eye + g @ h, np.hstack((a, g)))
-        wa, wg = np.ascontiguousarray(w[:, :n]), np.ascontiguousarray(w[:, n:])
-        across = np.ascontiguousarray(a.T)
-        step = across @ h @ wa
-        g = g + a @ wg @ across
-        a = a @ wa
-        h = h + step
-        h, g = (h + h.T) / 2, (g + g.T) / 2
-        size = np.abs(h).max()
-        if not np.isfinite(size):
-            break
-        if np.abs(step).max() <= SETTLED * size:
-            return h
-    return np.full((n, n), np.nan)

@@ -3,29 +3,36 @@
     log p(y | z) = -1/2 sum_k ( e_k^T S_k^-1 e_k + log det 2 pi S_k )
 
 with the innovations e of a one-step predictor that has the laws inside (Ljung 1999, section 7.4).
-The state before the first sample is Gaussian with a wide covariance and so integrated out.
+The state before the first sample is Gaussian with a wide covariance and so integrated out: by gains
+that change until they settle, or in closed form beside stationary ones (``first_state``).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from twin.errors import NoLikelihoodError
 from twin.estimation.acting import while_acting
 from twin.estimation.averages import averages_at
 from twin.estimation.density import Part, density
+from twin.estimation.first_state import Beginning, Settled, measured, settled
 from twin.estimation.kalman import gains
 from twin.estimation.law_averages import LawAverages
 from twin.estimation.model import Assembly, Model, Trial
 from twin.estimation.parallel import each
-from twin.estimation.passing import Run, passed
+from twin.estimation.passing import Run, passed, run
 from twin.estimation.sensitivities import LEVEL_STEP, Slopes, plants_of, slopes_of
 from twin.estimation.system import Sampled
 
 Array = NDArray[np.float64]
+
+ROUNDS, ENOUGH = 10, 1e-3
+"""Steps at most to the first state of a recording that laws follow, and what one gains [nat] after
+which none is worth another: a tenth of what a step of a fit is worth."""
 
 
 @dataclass(frozen=True)
@@ -64,14 +71,59 @@ def passes(
 
 
 def _passed(here: Assembly, plants: Sequence[Sampled], index: int, averages: LawAverages,
-            slopes: Slopes | None = None) -> Run:  # fmt: skip
+            slopes: Slopes | None = None, beginning: Beginning | None = None) -> Run:  # fmt: skip
     """Return the pass over one recording, with derivatives where there are slopes."""
     plant, trial = plants[here.which[index]], here.trials[index]
+    if beginning is not None:
+        added = beginning.state, beginning.settled.first
+        return passed(here, index, plant, beginning.settled.gain, averages, slopes, added)
     averages = while_acting(averages, plant, here.errors)
     noise = averages.beginning(here.noises[index])
     filtering = averages.filtering(plant)
     gain = gains(filtering, noise, equivalent=averages.equivalent, missing=trial.missing)
     return passed(here, index, plant, gain, averages, slopes)
+
+
+def _begun(
+    here: Assembly, plants: Sequence[Sampled], index: int, averages: LawAverages
+) -> tuple[Run, Beginning] | None:
+    """Return the pass over a recording beside stationary gains, and its first state.
+
+    Where laws follow the motion that state is found by Gauss and Newton's steps. None where gains
+    cannot be stationary: between the first sample and the last some are missing, the state is more
+    uncertain at times, or laws begin with an estimated one.
+
+    Raises:
+        NoLikelihoodError: no stationary filter, or a model that runs away.
+    """
+    trial, plant = here.trials[index], plants[here.which[index]]
+    between, known = measured(trial.y), averages.start is not None
+    if averages.kicks or averages.acting is not None or known or between is None:
+        return None
+    found = settled(plant, here.noises[index], between, averages.blur, averages.equivalent)
+    begin = trial.until(found.first + len(found.slopes) // trial.y.shape[1])
+    state = np.zeros(len(plant.A))
+    for _ in range(ROUNDS if here.laws else 0):
+        told = _beside(here, plant, begin, averages, found, state)[1]
+        step, state = told.state - state, told.state
+        if float(step @ found.told @ step) < 2 * ENOUGH:
+            break
+    return _beside(here, plant, trial, averages, found, state)
+
+
+def _beside(
+    here: Assembly, plant: Sampled, trial: Trial, averages: LawAverages, found: Settled,
+    state: Array,
+) -> tuple[Run, Beginning]:  # fmt: skip
+    """Return the pass over a recording, or its beginning, after a first state."""
+    if averages.blur is not None:
+        averages = replace(averages, blur=averages.blur[: len(trial.y)])
+    added = state, found.first
+    result = run(here, trial, plant, found.gain, averages=averages, added=added)
+    told = found.beginning(gaussian(result, trial), state)
+    if not (np.isfinite(told.log_likelihood) and np.all(np.isfinite(told.state))):
+        raise NoLikelihoodError("the model runs away from where the recording begins")
+    return result, told
 
 
 def evaluate(
@@ -81,11 +133,13 @@ def evaluate(
     averages: Sequence[LawAverages] | None = None,
     near: Sequence[LawAverages] | None = None,
     free: NDArray[np.bool_] | None = None,
+    filtered: bool = False,
 ) -> Value:
     """Return the log likelihood at values z, (p,), and its derivatives unless they are not asked.
 
     Other arguments and errors are those of ``passes``; ``free`` says with respect to which
-    unknowns, (p,), all without, and others get 0; ``near`` are averages of values nearby.
+    unknowns, (p,), all without, and others get 0; ``near`` are averages of values nearby;
+    ``filtered`` asks for passes of filters that know nothing of the first state, as ``passes`` are.
     """
     here = model.assemble(z)
     plants = plants_of(here, model)
@@ -93,32 +147,48 @@ def evaluate(
         lambda i: averages_at(model, here, plants, i, near[i] if near else None, not derivatives),
         len(here.trials),
     )
+    begun: Sequence[tuple[Run, Beginning] | None] = [None] * len(here.trials)
+    if not filtered:
+        begun = each(lambda i: _begun(here, plants, i, known[i]), len(here.trials))
     slopes = None
     moving = np.ones(len(model.unknowns), bool) if free is None else free
     if derivatives and np.any(moving):
-        slopes = slopes_of(model, z, here, plants, known, moving)
+        beginnings = [pair and pair[1] for pair in begun]
+        slopes = slopes_of(model, z, here, plants, known, moving, beginnings=beginnings)
     p = len(model.unknowns)
     log_likelihood, gradient, information = 0.0, np.zeros(p), np.zeros((p, p))
 
     def one(index: int) -> tuple[Run, dict[int, Array]]:
-        own = slopes[index] if slopes else None
-        found = _passed(here, plants, index, known[index], own)
+        own, pair = slopes[index] if slopes else None, begun[index]
+        if pair is not None and own is None:
+            return pair[0], {}
+        found = _passed(here, plants, index, known[index], own, pair and pair[1])
         return found, {} if own is None else _by_errors(here, plants, index, found, own)
 
     passed = each(one, len(here.trials))
     for index, (result, by_errors) in enumerate(passed):
         trial = here.trials[index]
+        pair = begun[index]
+        if pair is not None:
+            log_likelihood += pair[1].log_likelihood
+        if slopes is None and pair is not None:
+            continue
         part = gaussian(result, trial)
-        log_likelihood += part.value + result.averages.start_odds
+        if pair is None:
+            log_likelihood += part.value + result.averages.start_odds
         if slopes is None:
             continue
         dS, columns = slopes[index].until(len(part.balance)), slopes[index].columns
         white = part.whitened(result.de)
-        gradient[columns] -= white.T @ part.white.ravel()
+        gradient[columns] += slopes[index].begun - white.T @ part.white.ravel()
         settled = len(dS) - 1
         balance = np.concatenate([part.balance[:settled], part.balance[settled:].sum(0)[None]])
         gradient[columns] -= 0.5 * np.einsum("tij,tijp->p", balance, dS)
         information[np.ix_(columns, columns)] += white.T @ white
+        if pair is not None:
+            first = pair[1].settled
+            across = first.slopes.T @ white[first.rows]
+            information[np.ix_(columns, columns)] -= across.T @ first.left @ across
         S = result.gains.innovation[[*range(settled), -1]]
         half = np.einsum("tij,tjkp->tikp", np.linalg.inv(S), dS)
         flat = half.reshape(-1, len(columns))

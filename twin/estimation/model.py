@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal, Protocol
 
@@ -55,6 +55,16 @@ class Trial:
         out = self.u.copy()
         out[:, : shown.shape[1]] -= shown
         return out
+
+    def until(self, samples: int) -> Trial:
+        """Return the first samples alone; with laws that are simulated blows are cut as well."""
+        first = slice(samples)
+        return replace(
+            self, u=self.u[first], between=self.between[first], y=self.y[first],
+            blur=None if self.blur is None else self.blur[first],
+            missed=None if self.missed is None else self.missed[first],
+            blows=self.blows and self.blows.of_part(0, len(self.y[first])),
+        )  # fmt: skip
 
     def finely(self, held: NDArray[np.bool_], steps: int) -> Array:
         """Return the inputs where each part of a sample begins, (samples steps, r).

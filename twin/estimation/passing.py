@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,8 @@ from twin.estimation.system import Sampled
 from twin.estimation.trust import doubt_of, trust_in
 
 Array = NDArray[np.float64]
+Added = tuple[Array, int]
+"""What comes to a state before a sample, (n,), and which sample."""
 
 
 @dataclass(frozen=True)
@@ -111,6 +114,7 @@ def run(
     begin_s: float = 0.0,
     dx0: Array | None = None,
     averages: LawAverages | None = None,
+    added: Added | None = None,
 ) -> Run:
     """Step the predictor over one recording.
 
@@ -125,6 +129,7 @@ def run(
         begin_s: time of the first sample [s].
         dx0: derivatives of the first state, (n, p).
         averages: what the laws do on the average of the motion; they blur nothing without.
+        added: what comes to the state before a sample; no laws are simulated then.
     """
     numbers, averages = numbers_of(assembly), averages or LawAverages()
     n = len(plant.A)
@@ -138,7 +143,7 @@ def run(
     if plant.driven is None:
         passed = _stepped(
             plant, assembly, trial, gain_matrices(gain), trust, doubt_of(gain, trust, d), begun,
-            dfirst, memories, begin_s, d,
+            dfirst, memories, begin_s, d, added,
         )  # fmt: skip
         return Run(*passed, gain, plant, averages)
     # what the simulation and what is simulated do, and how far the motion deviates from it
@@ -152,26 +157,28 @@ def run(
 
 def passed(
     here: Assembly, index: int, plant: Sampled, gain: Gains, averages: LawAverages,
-    slopes: Slopes | None,
+    slopes: Slopes | None, added: Added | None = None,
 ) -> Run:  # fmt: skip
     """Return the pass over one recording of an assembly, with derivatives where there are slopes.
 
     Those by what changes the samples themselves are differences of passes. The arguments are those
     of ``run``, and which recording it is.
     """
-    found = run(here, here.trials[index], plant, gain, slopes, averages=averages)
+    of = partial(run, here, plant=plant, gain=gain, averages=averages, added=added)
+    found = of(here.trials[index], slopes=slopes)
     for place, assembly in slopes.taken_back.items() if slopes else ():
-        moved = run(here, assembly.trials[index], plant, gain, averages=averages)
+        moved = of(assembly.trials[index])
         found.de[:, :, place] = (moved.e - found.e) / STEP
     return found
 
 
 def _stepped(
     plant: Sampled, assembly: Assembly, trial: Trial, gain: Array, trust: Array, doubt: Array,
-    x0: Array, dx0: Array, z0: Array, begin_s: float, d: Slopes,
+    x0: Array, dx0: Array, z0: Array, begin_s: float, d: Slopes, added: Added | None,
 ) -> tuple[Array, Array, Array, Array, Array]:  # fmt: skip
     """Return innovations, their derivatives, states, memories and forces of a plant with laws."""
     (samples, m), laws = trial.y.shape, len(assembly.laws)
+    joining, joining_at = added or (np.zeros(len(x0)), -1)
     e, de = np.empty((samples, m)), np.empty((samples, m, len(d.order)))
     x, f = np.empty((samples, len(x0))), np.empty((samples, laws))
     z = np.empty((samples, *z0.shape))
@@ -187,9 +194,9 @@ def _stepped(
     predict(
         addresses(assembly.laws), step.over, step.reach, step.push, plain(read),
         np.vstack([plant.system.drift, plant.system.rate]), numbers_of(assembly), gain, trust,
-        doubt, plain(u), plain(between), plain(d.missed), plain(trial.y), x0, z0, begin_s,
-        trial.step_s, plain(assembly.scales), dstep.over, dstep.reach, dstep.push, dread, d.gain,
-        d.numbers, dx0, d.order, e, de, x, z, f,
+        doubt, plain(u), plain(between), plain(d.missed), plain(trial.y), x0, z0,
+        joining, joining_at, begin_s, trial.step_s, plain(assembly.scales), dstep.over, dstep.reach,
+        dstep.push, dread, d.gain, d.numbers, dx0, d.order, e, de, x, z, f,
     )  # fmt: skip
     return e, de, x, z, f
 
@@ -239,7 +246,7 @@ def simulated(
         numbers[:0], np.zeros((1, n + held, m)), np.zeros((0, 0, 0)), np.zeros((0, 0, 0, 0)),
         plain(np.hstack([trial.u, more[:, :laws], 0 * more[:, laws:]])),
         plain(np.hstack([trial.between, more])), du if q else np.zeros((0, 0, 0)), plain(trial.y),
-        x0, still, begin_s, trial.step_s,
+        x0, still, np.zeros(n), -1, begin_s, trial.step_s,
         np.ones((0, 4)), dover.over, dover.reach, dover.push, d.read,
         np.zeros((1, n + held, m, q)), d.numbers[:0], dx0, np.arange(q), e, de, x,
         np.zeros((samples, *still.shape)), none.copy(),
@@ -287,14 +294,9 @@ def deviations(
         gain_matrices(gain), trust, doubt_of(gain, trust, d), plain(beyond.e),
         np.zeros((samples, m)),
         beyond.de if beyond.de.size else np.zeros((0, 0, 0)),
-        plain(np.where(np.isnan(trial.y), np.nan, 0.0)), np.zeros(n), still, 0.0, trial.step_s,
-        np.ones((0, 4)), dstep, none[..., None], none[..., None], dread, d.gain,
-        np.zeros((0, 0, 0)), np.zeros((n, p)), d.order, e, de, x,
+        plain(np.where(np.isnan(trial.y), np.nan, 0.0)), np.zeros(n), still, np.zeros(n),
+        -1, 0.0, trial.step_s, np.ones((0, 4)), dstep, none[..., None], none[..., None], dread,
+        d.gain, np.zeros((0, 0, 0)), np.zeros((n, p)), d.order, e, de, x,
         np.zeros((samples, *still.shape)), np.zeros((samples, 0)),
     )  # fmt: skip
     return e, de, x
-
-
-def open_loop(gain: Gains) -> Gains:
-    """Return gains that listen to nothing: the predictor is then a simulation."""
-    return Gains(0 * gain.state[-1:], 0 * gain.held[-1:], gain.innovation, gain.predicted)

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.estimation.kalman import Gains, gains
+from twin.estimation.first_state import Beginning
+from twin.estimation.first_state_slopes import settled_slopes
+from twin.estimation.kalman import Gains, gains, silent
 from twin.estimation.lifted import Lifted
 from twin.estimation.neighbours import neighbouring_gains
 from twin.estimation.parallel import each
@@ -53,6 +55,8 @@ class Slopes:
         taken_back: for unknowns that change the samples themselves, their place in ``columns`` and
             the assembly a step away.
         erring: the same, for unknowns that say how far laws are off while they act.
+        begun: of what a first state that is integrated out adds to the log likelihood, (p,), in the
+            order of ``columns``.
     """
 
     step: Lifted
@@ -68,6 +72,7 @@ class Slopes:
     order: NDArray[np.int64]
     taken_back: dict[int, Assembly]
     erring: dict[int, Assembly]
+    begun: Array
 
     def until(self, count: int) -> Array:
         """Return ``innovation`` at the first samples and the last one, (t, m, m, p), t <= count.
@@ -130,6 +135,7 @@ def slopes_of(
     averages: Sequence[LawAverages],
     free: NDArray[np.bool_],
     listens: bool = True,
+    beginnings: Sequence[Beginning | None] | None = None,
 ) -> tuple[Slopes, ...]:
     """Return the derivatives of each trial at z, by differences of assemblies.
 
@@ -141,6 +147,7 @@ def slopes_of(
         averages: what laws do on the average of each trial; taken as the same a step away.
         free: with respect to which unknowns, (p,).
         listens: whether the predictor corrects itself by the outputs; a simulation does not.
+        beginnings: of recordings whose gains are stationary, with their first state.
     """
     unknowns = model.unknowns
     moved: dict[int, tuple[Assembly, Sequence[Sampled]]] = {}
@@ -152,14 +159,23 @@ def slopes_of(
         moved |= {index: (assembly, own) for index in group}
     return tuple(
         each(
-            lambda i: _of_trial(i, unknowns, here, plants, moved, averages[i], free, listens),
+            lambda i: _of_trial(
+                i,
+                unknowns,
+                here,
+                plants,
+                moved,
+                averages[i],
+                free,
+                listens,
+                beginnings[i] if beginnings else None,
+            ),
             len(model.trials),
         )
     )
 
 
 def _step_of(unknown: Unknown) -> float:
-    """Return the step of differences by an unknown."""
     return LEVEL_STEP if unknown.role in ("noise", "error") else STEP
 
 
@@ -185,6 +201,7 @@ def _of_trial(
     averages: LawAverages,
     free: NDArray[np.bool_],
     listens: bool,
+    beginning: Beginning | None,
 ) -> Slopes:
     plant, equivalent = plants[here.which[trial]], averages.equivalent
     own, filtering = predicting(plant), averages.filtering(plant)
@@ -193,8 +210,12 @@ def _of_trial(
     kicks = {k: P for k, P in averages.kicks.items() if k < LATEST}
     early = replace(averages, kicks=kicks if averages.acting is None else {})
     own_noise = early.beginning(here.noises[trial])
-    base = (gains(filtering, own_noise, equivalent=equivalent, missing=missing) if listens
-            else silent(plant))  # fmt: skip
+    if beginning is not None:
+        base = beginning.settled.gain
+    elif listens:
+        base = gains(filtering, own_noise, equivalent=equivalent, missing=missing)
+    else:
+        base = silent(plant)
     step, read, gain = own.lifted, read_matrix(own), gain_matrices(base)
     simulation, deviation = simulation_matrix(plant), deviation_matrix(filtering)
     columns = [
@@ -215,6 +236,7 @@ def _of_trial(
     missed = here.trials[trial].missed
     dmissed = np.zeros((0, 0, 0) if missed is None else (*missed.shape, systems))
     dgain, dS = np.zeros((*gain.shape, p)), np.zeros((*base.innovation.shape, p))
+    first, at_columns = np.zeros(p), np.array(order, np.int64)
     changed, near, steps = [], [], []
     for at, place in enumerate(order):
         assembly, others = moved[columns[place]]
@@ -242,22 +264,20 @@ def _of_trial(
             changed.append(at)
             steps.append(_step_of(unknowns[columns[place]]))
             near.append((near_filter, early.beginning(assembly.noises[trial])))
-    if near:
+    if near and beginning is not None:
+        found = settled_slopes(beginning, near, np.array(steps), own_noise, equivalent)
+        dgain[-1][..., changed], dS[-1][..., at_columns[changed]] = found.gain, found.innovation
+        first[at_columns[changed]] = found.begun
+    elif near:
         # the last one is the model itself, so that rounding is alike in both
         near.append((filtering, own_noise))
         gains_near, covariances = neighbouring_gains(near, len(gain) - 1, equivalent, missing)
         dgain[..., changed] = (gains_near[..., :-1] - gains_near[..., -1:]) / steps
-        dS[..., np.array(order)[changed]] = (covariances[..., :-1] - covariances[..., -1:]) / steps
+        dS[..., at_columns[changed]] = (covariances[..., :-1] - covariances[..., -1:]) / steps
     if not np.any(dmissed):
         dmissed = np.zeros((0, 0, 0))
     return Slopes(dstep, dread, dgain, dnumbers, dsimulation, ddeviation, dread_deviation, dS,
-                  dmissed, columns, np.array(order, np.int64), taken_back, erring)  # fmt: skip
-
-
-def silent(plant: Sampled) -> Gains:
-    """Return gains of no filter at all, with which the predictor is a simulation."""
-    (n, held), m = plant.W.shape, len(plant.system.C)
-    return Gains(np.zeros((1, n, m)), np.zeros((1, held, m)), np.eye(m)[None], np.zeros((n, n)))
+                  dmissed, columns, at_columns, taken_back, erring, first)  # fmt: skip
 
 
 def no_slopes(plant: Sampled, gain: Gains, numbers: Array, p: int = 0) -> Slopes:
@@ -270,6 +290,7 @@ def no_slopes(plant: Sampled, gain: Gains, numbers: Array, p: int = 0) -> Slopes
         np.zeros((*simulation_matrix(plant).shape, 0)), np.zeros((n, n + held, 0)),
         np.zeros((m, n, 0)),
         np.zeros((*gain.innovation.shape, p)), np.zeros((0, 0, 0)), [], np.arange(p), {}, {},
+        np.zeros(p),
     )  # fmt: skip
 
 

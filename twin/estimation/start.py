@@ -113,9 +113,7 @@ def _beside(
 
     Slopes that are known are not asked for again.
     """
-    first = replace(trial, u=trial.u[:samples], between=trial.between[:samples],
-                    y=trial.y[:samples],
-                    blows=trial.blows and trial.blows.of_part(0, samples))  # fmt: skip
+    first = trial.until(samples)
     blur = averages.blur
     averages = replace(averages, blur=None if blur is None else blur[:samples])
     kicks = {k: more for k, more in averages.kicks.items() if k < samples}

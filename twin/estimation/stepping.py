@@ -32,8 +32,8 @@ FAR = 1e9
 @numba.njit(nogil=True, cache=True)
 def predict(
     laws, over, reach, push, read, ports, numbers, gain, trust, doubt, u, between, du, y, x0, z0,
-    begin_s, step_s, scales, dover, dreach, dpush, dread, dgain, dnumbers, dx0, order, e_out,
-    de_out, x_out, z_out, f_out,
+    added, added_at, begin_s, step_s, scales, dover, dreach, dpush, dread, dgain, dnumbers, dx0,
+    order, e_out, de_out, x_out, z_out, f_out,
 ):  # fmt: skip
     """Fill innovations and their derivatives, and the states before each sample.
 
@@ -53,6 +53,7 @@ def predict(
         du: derivatives of the last inputs, (samples, inputs that have some, .): they are held.
         y: measured outputs, (samples, m); NaN where there is none.
         x0, z0: state (n,) and memories (l, parts) before the first sample.
+        added, added_at: what comes to the state before a sample, (n,), and which sample.
         begin_s, step_s: time of the first sample, sampling interval.
         scales: of force, displacement and rate at each port, and how far it yields, (l, 4).
         dover, ..., dnumbers: derivatives with respect to the first of the unknowns, these in the
@@ -86,6 +87,9 @@ def predict(
     X[:n] = dx0
     for k in range(samples):
         t = begin_s + k * step_s
+        if k == added_at:
+            for i in range(n):
+                c[i] += added[i]
         # what the outputs should read
         for i in range(n):
             seen[i] = x_out[k, i] = c[i]

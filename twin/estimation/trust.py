@@ -6,11 +6,15 @@ corrects by S (S + B)^-1 e.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
 from twin.estimation.kalman import Gains
-from twin.estimation.sensitivities import Slopes
+
+if TYPE_CHECKING:
+    from twin.estimation.sensitivities import Slopes
 
 Array = NDArray[np.float64]
 
