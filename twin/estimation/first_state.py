@@ -65,38 +65,46 @@ class Settled:
         return len(self.gain.state) - 1
 
     @property
+    def last(self) -> int:
+        """The sample from which on nothing tells of that state."""
+        return self.first + len(self.slopes) // self.gain.state.shape[2]
+
+    @property
     def rows(self) -> slice:
         """Where ``slopes`` are among the whitened innovations as rows."""
         begin = self.first * self.gain.state.shape[2]
         return slice(begin, begin + len(self.slopes))
 
-    def beginning(self, part: Part, state: Array) -> Beginning:
+    def of(self, part: Part, state: Array) -> Beginning:
         """Return what innovations tell of the first state.
 
         Args:
             part: their density, after a first state.
             state: what of d was in that state, (n,).
+
+        Raises:
+            NoLikelihoodError: the model runs away.
         """
         still = self.slopes.T @ part.white.ravel()[self.rows]
         b = still + self.told @ state
         mean = self.left @ b
         value = part.value - float(state @ (still + b)) / 2 + 0.5 * float(b @ mean) + self.odds
-        return Beginning(self, mean, b - self.told @ mean, value)
+        if not (np.isfinite(value) and np.all(np.isfinite(mean))):
+            raise NoLikelihoodError("the model runs away from where the recording begins")
+        return Beginning(mean, b - self.told @ mean, value)
 
 
 @dataclass(frozen=True)
 class Beginning:
-    """The first state of a recording beside a stationary filter.
+    """What a recording tells of its first state beside a stationary filter.
 
     Attributes:
-        settled: the filter.
         state: the mean N b of d, (n,).
         pull: what the innovations after that state still tell of it, H^T S^-1 e, (n,): as much as
             its prior does, the other way.
         log_likelihood: with d integrated out.
     """
 
-    settled: Settled
     state: Array
     pull: Array
     log_likelihood: float

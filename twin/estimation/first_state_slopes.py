@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.estimation.first_state import Beginning, Settled, after
+from twin.estimation.first_state import Settled, after
 from twin.estimation.kalman import EquivalentLinear, linear_of
 from twin.estimation.riccati import DOUBLINGS, summed
 from twin.estimation.system import Noise, Sampled
@@ -23,16 +23,18 @@ class SettledSlopes:
     Attributes:
         gain: of state and held disturbances, (n + w, m, k).
         innovation: of the innovations' covariance, (m, m, k).
-        begun: of what the first state adds to the log likelihood beside the innovations, (k,).
+        told: of what the first state adds to the log likelihood by what tells of it, (k,).
+        spread: of D, (n, n, k).
     """
 
     gain: Array
     innovation: Array
-    begun: Array
+    told: Array
+    spread: Array
 
 
 def settled_slopes(
-    beginning: Beginning,
+    here: Settled,
     systems: Sequence[tuple[Sampled, Noise]],
     steps: Array,
     noise: Noise,
@@ -47,13 +49,12 @@ def settled_slopes(
     with F = A - K C, and so is that of what a first state tells.
 
     Args:
-        beginning: the filter, and the first state.
+        here: the filter.
         systems: k systems a step away, with their noise.
         steps: of each, (k,).
         noise: of the filter itself.
         equivalent: what laws add to each of them, if there are laws.
     """
-    here = beginning.settled
     A, C, W, V, _, _ = here.linear
     S, P = here.gain.innovation[-1], here.gain.predicted
     state = here.gain.state[-1]
@@ -83,14 +84,15 @@ def settled_slopes(
     dK = dA @ state + A @ dstate + dW @ held + W @ dheld
     dF = dA - dK @ C - K @ dC
     of_F, of_C, of_S = _of_told(here, C, inverse)
-    told, left = here.told, here.left
+    wide, told = dstart - dP, here.told
     traced = sum(np.einsum("ij,kij->k", of, d)
                  for of, d in ((of_F, dF), (of_C, dC), (of_S, dS)))  # fmt: skip
-    more = np.outer(beginning.pull, beginning.pull) - told + told @ left @ told
-    begun = -0.5 * traced + 0.5 * np.einsum("ij,kij->k", more, dstart - dP)
+    traced = traced + np.einsum("ij,kij->k", told - told @ here.left @ told, wide)
     level = noise.held[:, None]
     dgain = np.concatenate([dstate, level * dheld + dlevel[:, :, None] * held], axis=1)
-    return SettledSlopes(np.moveaxis(dgain, 0, -1), np.moveaxis(dS, 0, -1), begun)
+    last = (np.moveaxis(d, 0, -1) for d in (dgain, dS, wide))
+    gain, innovation, spread = last
+    return SettledSlopes(gain, innovation, -0.5 * traced, spread)
 
 
 def _of_told(here: Settled, C: Array, inverse: Array) -> tuple[Array, Array, Array]:

@@ -15,7 +15,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.errors import NoLikelihoodError
 from twin.estimation.acting import while_acting
 from twin.estimation.averages import averages_at
 from twin.estimation.density import Part, density
@@ -29,6 +28,8 @@ from twin.estimation.sensitivities import LEVEL_STEP, Slopes, plants_of, slopes_
 from twin.estimation.system import Sampled
 
 Array = NDArray[np.float64]
+Begun = tuple[Settled, Array]
+"""A stationary filter, and the first state that a pass begins with, (n,)."""
 
 ROUNDS, ENOUGH = 10, 1e-3
 """Steps at most to the first state of a recording that laws follow, and what one gains [nat] after
@@ -71,12 +72,12 @@ def passes(
 
 
 def _passed(here: Assembly, plants: Sequence[Sampled], index: int, averages: LawAverages,
-            slopes: Slopes | None = None, beginning: Beginning | None = None) -> Run:  # fmt: skip
+            slopes: Slopes | None = None, begun: Begun | None = None) -> Run:  # fmt: skip
     """Return the pass over one recording, with derivatives where there are slopes."""
     plant, trial = plants[here.which[index]], here.trials[index]
-    if beginning is not None:
-        added = beginning.state, beginning.settled.first
-        return passed(here, index, plant, beginning.settled.gain, averages, slopes, added)
+    if begun is not None:
+        settled, state = begun
+        return passed(here, index, plant, settled.gain, averages, slopes, (state, settled.first))
     averages = while_acting(averages, plant, here.errors)
     noise = averages.beginning(here.noises[index])
     filtering = averages.filtering(plant)
@@ -85,13 +86,13 @@ def _passed(here: Assembly, plants: Sequence[Sampled], index: int, averages: Law
 
 
 def _begun(
-    here: Assembly, plants: Sequence[Sampled], index: int, averages: LawAverages
-) -> tuple[Run, Beginning] | None:
-    """Return the pass over a recording beside stationary gains, and its first state.
+    here: Assembly, plants: Sequence[Sampled], index: int, averages: LawAverages, derivatives: bool
+) -> Begun | None:
+    """Return the stationary filter of a recording and a first state.
 
-    Where laws follow the motion that state is found by Gauss and Newton's steps. None where gains
-    cannot be stationary: between the first sample and the last some are missing, the state is more
-    uncertain at times, or laws begin with an estimated one.
+    With derivatives, and where laws follow the motion, it is the likeliest, found by steps of Gauss
+    and Newton. None where gains cannot be stationary: between the first sample and the last
+    some are missing, the state is more uncertain at times, or laws begin with an estimated one.
 
     Raises:
         NoLikelihoodError: no stationary filter, or a model that runs away.
@@ -101,29 +102,17 @@ def _begun(
     if averages.kicks or averages.acting is not None or known or between is None:
         return None
     found = settled(plant, here.noises[index], between, averages.blur, averages.equivalent)
-    begin = trial.until(found.first + len(found.slopes) // trial.y.shape[1])
-    state = np.zeros(len(plant.A))
-    for _ in range(ROUNDS if here.laws else 0):
-        told = _beside(here, plant, begin, averages, found, state)[1]
-        step, state = told.state - state, told.state
+    state, begin = np.zeros(len(plant.A)), trial.until(found.last)
+    if averages.blur is not None:
+        averages = replace(averages, blur=averages.blur[: found.last])
+    for _ in range(ROUNDS if here.laws else int(derivatives)):
+        added = state, found.first
+        there = run(here, begin, plant, found.gain, averages=averages, added=added)
+        likeliest = found.of(gaussian(there, begin), state).state
+        step, state = likeliest - state, likeliest
         if float(step @ found.told @ step) < 2 * ENOUGH:
             break
-    return _beside(here, plant, trial, averages, found, state)
-
-
-def _beside(
-    here: Assembly, plant: Sampled, trial: Trial, averages: LawAverages, found: Settled,
-    state: Array,
-) -> tuple[Run, Beginning]:  # fmt: skip
-    """Return the pass over a recording, or its beginning, after a first state."""
-    if averages.blur is not None:
-        averages = replace(averages, blur=averages.blur[: len(trial.y)])
-    added = state, found.first
-    result = run(here, trial, plant, found.gain, averages=averages, added=added)
-    told = found.beginning(gaussian(result, trial), state)
-    if not (np.isfinite(told.log_likelihood) and np.all(np.isfinite(told.state))):
-        raise NoLikelihoodError("the model runs away from where the recording begins")
-    return result, told
+    return found, state
 
 
 def evaluate(
@@ -147,48 +136,40 @@ def evaluate(
         lambda i: averages_at(model, here, plants, i, near[i] if near else None, not derivatives),
         len(here.trials),
     )
-    begun: Sequence[tuple[Run, Beginning] | None] = [None] * len(here.trials)
-    if not filtered:
-        begun = each(lambda i: _begun(here, plants, i, known[i]), len(here.trials))
-    slopes = None
     moving = np.ones(len(model.unknowns), bool) if free is None else free
-    if derivatives and np.any(moving):
-        beginnings = [pair and pair[1] for pair in begun]
-        slopes = slopes_of(model, z, here, plants, known, moving, beginnings=beginnings)
+    sloped = derivatives and bool(np.any(moving))
+    begun: Sequence[Begun | None] = [None] * len(here.trials)
+    if not filtered:
+        begun = each(lambda i: _begun(here, plants, i, known[i], sloped), len(here.trials))
+    slopes = None
+    if sloped:
+        stationary = [pair and pair[0] for pair in begun]
+        slopes = slopes_of(model, z, here, plants, known, moving, settled=stationary)
     p = len(model.unknowns)
     log_likelihood, gradient, information = 0.0, np.zeros(p), np.zeros((p, p))
 
     def one(index: int) -> tuple[Run, dict[int, Array]]:
-        own, pair = slopes[index] if slopes else None, begun[index]
-        if pair is not None and own is None:
-            return pair[0], {}
-        found = _passed(here, plants, index, known[index], own, pair and pair[1])
+        own = slopes[index] if slopes else None
+        found = _passed(here, plants, index, known[index], own, begun[index])
         return found, {} if own is None else _by_errors(here, plants, index, found, own)
 
     passed = each(one, len(here.trials))
     for index, (result, by_errors) in enumerate(passed):
-        trial = here.trials[index]
-        pair = begun[index]
-        if pair is not None:
-            log_likelihood += pair[1].log_likelihood
-        if slopes is None and pair is not None:
-            continue
+        trial, pair = here.trials[index], begun[index]
         part = gaussian(result, trial)
-        if pair is None:
-            log_likelihood += part.value + result.averages.start_odds
+        told = pair and pair[0].of(part, pair[1])
+        log_likelihood += told.log_likelihood if told else part.value + result.averages.start_odds
         if slopes is None:
             continue
         dS, columns = slopes[index].until(len(part.balance)), slopes[index].columns
         white = part.whitened(result.de)
-        gradient[columns] += slopes[index].begun - white.T @ part.white.ravel()
+        if pair is not None and told:
+            _add_first_state(pair[0], told, slopes[index], white, gradient, information)
+        gradient[columns] -= white.T @ part.white.ravel()
         settled = len(dS) - 1
         balance = np.concatenate([part.balance[:settled], part.balance[settled:].sum(0)[None]])
         gradient[columns] -= 0.5 * np.einsum("tij,tijp->p", balance, dS)
         information[np.ix_(columns, columns)] += white.T @ white
-        if pair is not None:
-            first = pair[1].settled
-            across = first.slopes.T @ white[first.rows]
-            information[np.ix_(columns, columns)] -= across.T @ first.left @ across
         S = result.gains.innovation[[*range(settled), -1]]
         half = np.einsum("tij,tjkp->tikp", np.linalg.inv(S), dS)
         flat = half.reshape(-1, len(columns))
@@ -205,6 +186,28 @@ def evaluate(
             information[column, column] += 0.5 * np.sum(turned**2)
     runs = tuple(run for run, _ in passed)
     return Value(log_likelihood, gradient, information, runs, here.trials)
+
+
+def _add_first_state(
+    found: Settled, told: Beginning, slopes: Slopes, white: Array, gradient: Array,
+    information: Array,
+) -> None:  # fmt: skip
+    """Add what a first state that is integrated out does to gradient and information.
+
+    Args:
+        found: the stationary filter.
+        told: what the recording tells of the state.
+        slopes: of the pass.
+        white: whitened derivatives of the innovations, (rows, p).
+        gradient: of all unknowns; added to.
+        information: of all unknowns; added to.
+    """
+    columns = np.array(slopes.columns, int)
+    across = found.slopes.T @ white[found.rows]
+    information[np.ix_(columns, columns)] -= across.T @ found.left @ across
+    if slopes.settled is not None:
+        more = np.einsum("i,j,ijk->k", told.pull, told.pull, slopes.settled.spread)
+        gradient[columns[slopes.settled_columns]] += slopes.settled.told + 0.5 * more
 
 
 def _by_errors(

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from twin.estimation.first_state import Beginning
-from twin.estimation.first_state_slopes import settled_slopes
+from twin.estimation.first_state import Settled
+from twin.estimation.first_state_slopes import SettledSlopes, settled_slopes
 from twin.estimation.kalman import Gains, gains, silent
 from twin.estimation.lifted import Lifted
 from twin.estimation.neighbours import neighbouring_gains
@@ -55,8 +55,8 @@ class Slopes:
         taken_back: for unknowns that change the samples themselves, their place in ``columns`` and
             the assembly a step away.
         erring: the same, for unknowns that say how far laws are off while they act.
-        begun: of what a first state that is integrated out adds to the log likelihood, (p,), in the
-            order of ``columns``.
+        settled: where the first state is integrated out beside stationary gains.
+        settled_columns: the places in ``columns`` of the unknowns that change these.
     """
 
     step: Lifted
@@ -72,7 +72,8 @@ class Slopes:
     order: NDArray[np.int64]
     taken_back: dict[int, Assembly]
     erring: dict[int, Assembly]
-    begun: Array
+    settled: SettledSlopes | None = None
+    settled_columns: NDArray[np.int64] | None = None
 
     def until(self, count: int) -> Array:
         """Return ``innovation`` at the first samples and the last one, (t, m, m, p), t <= count.
@@ -135,7 +136,7 @@ def slopes_of(
     averages: Sequence[LawAverages],
     free: NDArray[np.bool_],
     listens: bool = True,
-    beginnings: Sequence[Beginning | None] | None = None,
+    settled: Sequence[Settled | None] | None = None,
 ) -> tuple[Slopes, ...]:
     """Return the derivatives of each trial at z, by differences of assemblies.
 
@@ -147,7 +148,7 @@ def slopes_of(
         averages: what laws do on the average of each trial; taken as the same a step away.
         free: with respect to which unknowns, (p,).
         listens: whether the predictor corrects itself by the outputs; a simulation does not.
-        beginnings: of recordings whose gains are stationary, with their first state.
+        settled: filters of recordings whose gains are stationary.
     """
     unknowns = model.unknowns
     moved: dict[int, tuple[Assembly, Sequence[Sampled]]] = {}
@@ -168,7 +169,7 @@ def slopes_of(
                 averages[i],
                 free,
                 listens,
-                beginnings[i] if beginnings else None,
+                settled[i] if settled else None,
             ),
             len(model.trials),
         )
@@ -201,7 +202,7 @@ def _of_trial(
     averages: LawAverages,
     free: NDArray[np.bool_],
     listens: bool,
-    beginning: Beginning | None,
+    settled: Settled | None,
 ) -> Slopes:
     plant, equivalent = plants[here.which[trial]], averages.equivalent
     own, filtering = predicting(plant), averages.filtering(plant)
@@ -210,8 +211,8 @@ def _of_trial(
     kicks = {k: P for k, P in averages.kicks.items() if k < LATEST}
     early = replace(averages, kicks=kicks if averages.acting is None else {})
     own_noise = early.beginning(here.noises[trial])
-    if beginning is not None:
-        base = beginning.settled.gain
+    if settled is not None:
+        base = settled.gain
     elif listens:
         base = gains(filtering, own_noise, equivalent=equivalent, missing=missing)
     else:
@@ -236,7 +237,7 @@ def _of_trial(
     missed = here.trials[trial].missed
     dmissed = np.zeros((0, 0, 0) if missed is None else (*missed.shape, systems))
     dgain, dS = np.zeros((*gain.shape, p)), np.zeros((*base.innovation.shape, p))
-    first, at_columns = np.zeros(p), np.array(order, np.int64)
+    at_columns, found = np.array(order, np.int64), None
     changed, near, steps = [], [], []
     for at, place in enumerate(order):
         assembly, others = moved[columns[place]]
@@ -264,10 +265,9 @@ def _of_trial(
             changed.append(at)
             steps.append(_step_of(unknowns[columns[place]]))
             near.append((near_filter, early.beginning(assembly.noises[trial])))
-    if near and beginning is not None:
-        found = settled_slopes(beginning, near, np.array(steps), own_noise, equivalent)
+    if near and settled is not None:
+        found = settled_slopes(settled, near, np.array(steps), own_noise, equivalent)
         dgain[-1][..., changed], dS[-1][..., at_columns[changed]] = found.gain, found.innovation
-        first[at_columns[changed]] = found.begun
     elif near:
         # the last one is the model itself, so that rounding is alike in both
         near.append((filtering, own_noise))
@@ -277,7 +277,8 @@ def _of_trial(
     if not np.any(dmissed):
         dmissed = np.zeros((0, 0, 0))
     return Slopes(dstep, dread, dgain, dnumbers, dsimulation, ddeviation, dread_deviation, dS,
-                  dmissed, columns, at_columns, taken_back, erring, first)  # fmt: skip
+                  dmissed, columns, at_columns, taken_back, erring,
+                  found, at_columns[changed])  # fmt: skip
 
 
 def no_slopes(plant: Sampled, gain: Gains, numbers: Array, p: int = 0) -> Slopes:
@@ -290,7 +291,6 @@ def no_slopes(plant: Sampled, gain: Gains, numbers: Array, p: int = 0) -> Slopes
         np.zeros((*simulation_matrix(plant).shape, 0)), np.zeros((n, n + held, 0)),
         np.zeros((m, n, 0)),
         np.zeros((*gain.innovation.shape, p)), np.zeros((0, 0, 0)), [], np.arange(p), {}, {},
-        np.zeros(p),
     )  # fmt: skip
 
 
