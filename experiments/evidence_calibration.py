@@ -32,10 +32,10 @@ from twin.diagnosis.measured import Measured  # noqa: E402
 from twin.diagnosis.motion import Motion  # noqa: E402
 from twin.diagnosis.problem import Problem  # noqa: E402
 from twin.estimation.fit import Fit, fit  # noqa: E402
-from twin.estimation.kalman import gains  # noqa: E402
+from twin.estimation.kalman import gains, open_loop  # noqa: E402
 from twin.estimation.likelihood import evaluate  # noqa: E402
 from twin.estimation.model import Trial  # noqa: E402
-from twin.estimation.passing import open_loop, run  # noqa: E402
+from twin.estimation.passing import run  # noqa: E402
 from twin.estimation.system import sampled  # noqa: E402
 from twin.mechanisms import vocabulary  # noqa: E402
 from twin.model import Twin  # noqa: E402

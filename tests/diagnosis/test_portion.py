@@ -30,7 +30,7 @@ def found(ready):
     return result.best
 
 
-@pytest.mark.parametrize(("samples", "sure"), [(512, 40.0)])
+@pytest.mark.parametrize(("samples", "sure"), [(512, 40.0), (900, 20.0)])
 def test_two_laws_are_found_however_long_the_part_and_whatever_settles(
     ready, monkeypatch, samples, sure
 ):

@@ -43,10 +43,11 @@ def known():
 def test_what_runs_away_on_the_part_is_fitted_no_further_however_much_it_promised(known):
     here, nothing, begun = known
     right, lost = begun["cubic_stiffness"], begun["quadratic_drag"]
-    far = np.where([u.name.startswith("quadratic_drag") for u in lost.hypothesis.unknowns],
-                   6.0, lost.z)  # fmt: skip
+    drag = [u.name.startswith("quadratic_drag") for u in lost.hypothesis.unknowns]
+    part = on_a_part(lost.hypothesis)
+    far = next(z for z in (np.where(drag, x, lost.z) for x in (6.0, 5.0, 4.5, 5.2, 5.7, 4.2))
+               if attempted(part, z, enough=ROUGH).code == "ran away")  # fmt: skip
     lost = replace(lost, z=far, gain=10 * right.gain)
-    assert attempted(on_a_part(lost.hypothesis), far, enough=ROUGH).code == "ran away"
     assert list(_compared([lost, right])) == [1]
     (only,) = fitted(here, nothing, [lost, right], COST, print)
     assert only.labels == (("cubic_stiffness", "storey2"),)

@@ -196,11 +196,13 @@ def _sharpest(h: Hypothesis, z: Array) -> Array:
 def from_prior_noise(best: Explanation) -> Explanation:
     """Return an explanation fitted again from the noise that the samples show, if that is likelier.
 
-    The noise that a poorer twin needed may hold a better one back.
+    The noise that a poorer twin needed, and what its laws were off by, may hold a better one back.
     """
     z, h = best.fit.z, best.hypothesis
-    noisy = np.array([u.role == "noise" for u in h.unknowns])
-    found = attempted(h, np.where(noisy, 0.0, z), hopeless=best.fit.log_evidence)
+    own = np.arange(len(z)) >= h.first_latent
+    rest = [u.role in ("noise", "error") or (u.level and o)
+            for u, o in zip(h.unknowns, own, strict=True)]  # fmt: skip
+    found = attempted(h, np.where(rest, 0.0, z), hopeless=best.fit.log_evidence)
     if found is None:
         return best
     gained = odds_of(h, found) - odds_of(h, best.fit)

@@ -167,13 +167,13 @@ class Hypothesis:
         return tuple(mechanism_at(mechanism, values) for mechanism in self.mechanisms)
 
     @cached_property
-    def _first_latent(self) -> int:
+    def first_latent(self) -> int:
         """Where the unknowns of discrepancies begin."""
         return len(self.problem.base_unknowns) + sum(len(m.parameters) for m in self.mechanisms)
 
     def latent(self, z: Array) -> list[Discrepancy]:
         """Return the latent forces and readings at values z, (p,)."""
-        return self._latent(self._values(z, self._first_latent))
+        return self._latent(self._values(z, self.first_latent))
 
     def _values(self, z: Array, first: int) -> Iterator[float]:
         """Return the values of the unknowns from one of them on, in SI units."""
@@ -188,7 +188,7 @@ class Hypothesis:
         """Return systems, noise levels and laws at values z, (p,)."""
         problem = self.problem
         mechanisms = (*self.at(z), *problem.known_at(z))
-        rest = self._values(z, self._first_latent)
+        rest = self._values(z, self.first_latent)
         plants, starts = self._plants(z, self._latent(rest))
         shares = dict(zip(self.erring, islice(rest, len(self.erring)), strict=True))
         noises = []

@@ -131,8 +131,7 @@ def run(
         averages: what the laws do on the average of the motion; they blur nothing without.
         added: what comes to the state before a sample; no laws are simulated then.
     """
-    numbers, averages = numbers_of(assembly), averages or LawAverages()
-    n = len(plant.A)
+    numbers, averages, n = numbers_of(assembly), averages or LawAverages(), len(plant.A)
     d = slopes or no_slopes(plant, gain, numbers, 0 if dx0 is None else dx0.shape[1])
     p = len(d.order)
     known = averages.start if x0 is None else x0
@@ -146,7 +145,6 @@ def run(
             dfirst, memories, begin_s, d, added,
         )  # fmt: skip
         return Run(*passed, gain, plant, averages)
-    # what the simulation and what is simulated do, and how far the motion deviates from it
     told = p if dx0 is not None else d.numbers.shape[2]
     found = simulated(plant, assembly, trial, begun, plain(dfirst[:, :told]), memories, begin_s, d)
     filtering = averages.filtering(plant)
@@ -202,7 +200,7 @@ def _stepped(
 
 
 def _with_inputs(step: Lifted, at: NDArray[np.int64]) -> Lifted:
-    """Return a sample's steps, or their derivatives, with inputs that move nothing."""
+    """Return a step, or its derivatives, with inputs that move nothing."""
     return Lifted(np.insert(step.over, at, 0.0, 1), np.insert(step.reach, at, 0.0, 2), step.push)
 
 
