@@ -146,6 +146,13 @@ def test_samples_that_are_missing_between_others_are_none_to_begin_with():
     assert measured(np.full((4, 2), np.nan)) is None
 
 
+def test_a_first_state_that_may_be_anywhere_has_no_likelihood():
+    plant = sampled(two_masses(), 1 / 64, 1, np.zeros(1, bool))
+    noise = Noise(np.array([0.3, 0.2]), np.array([0.1, 0.2]), np.diag([np.inf, 1, 1, 1]))
+    with pytest.raises(NoLikelihoodError, match="anywhere"):
+        settled(plant, noise, slice(0, 10))
+
+
 def test_outputs_without_noise_are_said():
     plant = sampled(two_masses(), 1 / 64, 1, np.zeros(1, bool))
     blind = replace(plant, system=replace(plant.system, C=0 * plant.system.C, V=0 * plant.system.V))

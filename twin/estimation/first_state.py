@@ -157,7 +157,7 @@ def settled(
     seen = Seen(C, S, root, K, A - K @ C)
     slopes = _slopes(seen, samples, None if blur is None else blur[between])
     told = slopes.T @ slopes
-    left, log_det = _left(after(A, Q, noise.start, first) - P, told)
+    left, log_det = _left(after(A, Q, noise.start, first), P, told)
     linear = A, C, W, V, plant.Q, R
     return Settled(gain, linear, seen.closed, slopes, told, left, -0.5 * log_det, samples)
 
@@ -208,21 +208,26 @@ def _slopes(seen: Seen, samples: int, blur: Array | None) -> Array:
 
 def after(A: Array, Q: Array, start: Array, samples: int) -> Array:
     """Return the covariance of a state after samples that were not measured, (..., n, n)."""
+    if not samples:
+        return start
     moved = np.linalg.matrix_power(A, samples)
     return np.asarray(moved @ start @ moved.swapaxes(-1, -2) + summed(A, Q, samples))
 
 
-def _left(more: Array, told: Array) -> tuple[Array, float]:
-    """Return D (1 + G D)^-1 and log det (1 + D G), of symmetric D and G, (n, n).
+def _left(start: Array, P: Array, told: Array) -> tuple[Array, float]:
+    """Return D (1 + G D)^-1 and log det (1 + D G), of D = P0 - P, all symmetric, (n, n).
 
-    With D = L J L^T, J of ones and minus ones, in units in which D has a diagonal of ones: there a
-    prior may be 1e10 times as wide as what is told.
+    With D = L J L^T, J of ones and minus ones, in units of both covariances: there a prior may be
+    1e10 times as wide as what is told.
 
     Raises:
         NoLikelihoodError: no covariance of the state is left that is positive.
     """
-    scale = np.sqrt(np.maximum(np.abs(np.diag(more)), np.finfo(float).tiny))
-    values, vectors = eigh(more / np.outer(scale, scale))
+    if not np.all(np.isfinite(start)):
+        raise NoLikelihoodError("the first state may be anywhere")
+    size = np.sqrt(np.diag(start) + np.diag(P))
+    scale = np.where(size > 0, size, 1.0)
+    values, vectors = eigh((start - P) / np.outer(scale, scale))
     kept = np.abs(values) > len(values) * np.finfo(float).eps * np.max(np.abs(values), initial=0.0)
     signs = np.sign(values[kept])
     L = scale[:, None] * vectors[:, kept] * np.sqrt(np.abs(values[kept]))

@@ -90,8 +90,7 @@ def settled_slopes(
     traced = traced + np.einsum("ij,kij->k", told - told @ here.left @ told, wide)
     level = noise.held[:, None]
     dgain = np.concatenate([dstate, level * dheld + dlevel[:, :, None] * held], axis=1)
-    last = (np.moveaxis(d, 0, -1) for d in (dgain, dS, wide))
-    gain, innovation, spread = last
+    gain, innovation, spread = (np.moveaxis(d, 0, -1) for d in (dgain, dS, wide))
     return SettledSlopes(gain, innovation, -0.5 * traced, spread)
 
 

@@ -181,8 +181,8 @@ def evaluate(
             column = columns[place]
             # what a share of a force is off by goes with no other level
             turned = np.einsum("kij,kjl,kml->kim", part.roots, slope, part.roots)
-            told = np.einsum("ki,kij,kj->", part.white, turned, part.white)
-            gradient[column] += 0.5 * (told - np.einsum("kii->", turned))
+            shown = np.einsum("ki,kij,kj->", part.white, turned, part.white)
+            gradient[column] += 0.5 * (shown - np.einsum("kii->", turned))
             information[column, column] += 0.5 * np.sum(turned**2)
     runs = tuple(run for run, _ in passed)
     return Value(log_likelihood, gradient, information, runs, here.trials)
