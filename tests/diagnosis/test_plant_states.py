@@ -7,6 +7,7 @@ from scipy.linalg import solve_continuous_lyapunov
 
 from twin.diagnosis.discrepancy import Discrepancy
 from twin.diagnosis.plant import plant_of
+from twin.diagnosis.plant_states import stationary
 from twin.diagnosis.prepare import prepare
 from twin.mechanisms.sensor_highpass import SensorHighpass
 from twin.mechanisms.unmeasured_force import UnmeasuredForce
@@ -68,3 +69,13 @@ def test_an_input_that_was_high_passed_drives_the_structure_as_it_was_before(mod
     # its noise is in the reading
     np.testing.assert_allclose(response(system, [0], system.W, system.V, w), whole, rtol=1e-9)
     assert plant.start.tolist() == [[4.0]]
+
+
+def test_units_do_not_count_for_how_a_fast_filter_scatters():
+    # a latent force of 280 kHz, made not to ring above half the sampling rate
+    block = np.array([[-1731698.138, 0.7141429165], [-4374576724045.0, -1733303.85]])
+    drive = np.array([85.228, 215301025.466])
+    P = stationary(block, drive)
+    left = block @ P + P @ block.T + np.outer(drive, drive)
+    size = np.sqrt(np.outer(np.diag(P), np.diag(P))) * 1.7e6
+    assert np.max(np.abs(left) / size) < 1e-9

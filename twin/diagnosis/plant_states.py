@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
-from scipy.linalg import solve_continuous_lyapunov
+from scipy.linalg import matrix_balance, solve_continuous_lyapunov
 
 from twin.estimation.system import System
 from twin.mechanisms.instrument import Instrument
@@ -90,7 +90,11 @@ def stationary(block: Array, drive: Array) -> Array:
     if len(block) == 2 and block[0, 0] == drive[0] == 0.0 and block[0, 1] == 1.0:  # an oscillator
         square, a = -block[1]
         return np.diag([1.0 / square, 1.0]) * drive[1] ** 2 / (2.0 * a)
-    return np.asarray(solve_continuous_lyapunov(block, -np.outer(drive, drive)))
+    # a fast filter's displacements are far below its rates: units do not count
+    balanced, (scale, _) = matrix_balance(block, permute=False, separate=True)
+    drive = drive / scale
+    P = solve_continuous_lyapunov(balanced, -np.outer(drive, drive))
+    return np.asarray(scale[:, None] * P * scale)
 
 
 def band_limited(plant: Plant, bands: Sequence[float]) -> Plant:
