@@ -155,9 +155,11 @@ def settled(
         P,
     )
     seen = Seen(C, S, root, K, A - K @ C)
-    slopes = _slopes(seen, samples, None if blur is None else blur[between])
-    told = slopes.T @ slopes
-    left, log_det = _left(after(A, Q, noise.start, first), P, told)
+    with np.errstate(all="ignore"):  # a filter that does not forget has no likelihood
+        slopes = _slopes(seen, samples, None if blur is None else blur[between])
+        told = slopes.T @ slopes
+        start = after(A, Q, noise.start, first)
+    left, log_det = _left(start, P, told)
     linear = A, C, W, V, plant.Q, R
     return Settled(gain, linear, seen.closed, slopes, told, left, -0.5 * log_det, samples)
 
@@ -223,9 +225,9 @@ def _left(start: Array, P: Array, told: Array) -> tuple[Array, float]:
     Raises:
         NoLikelihoodError: no covariance of the state is left that is positive.
     """
-    if not np.all(np.isfinite(start)):
+    if not (np.all(np.isfinite(start)) and np.all(np.isfinite(told))):
         raise NoLikelihoodError("the first state may be anywhere")
-    size = np.sqrt(np.diag(start) + np.diag(P))
+    size = np.sqrt(np.maximum(np.diag(start) + np.diag(P), 0.0))
     scale = np.where(size > 0, size, 1.0)
     values, vectors = eigh((start - P) / np.outer(scale, scale))
     kept = np.abs(values) > len(values) * np.finfo(float).eps * np.max(np.abs(values), initial=0.0)

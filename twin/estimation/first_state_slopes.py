@@ -100,12 +100,11 @@ def _of_told(here: Settled, C: Array, inverse: Array) -> tuple[Array, Array, Arr
     G is the sum over the samples that there are, that over any number of them less that over those
     later; that outputs may be more uncertain at times is left out.
     """
-    F, left = here.closed, here.left
-    every = summed(F.T, C.T @ inverse @ C, 2**DOUBLINGS)
-    Z = summed(F, left, here.samples)
-    last = np.linalg.matrix_power(F, here.samples)
-    n = len(F)
-    block = np.block([[F.T, every @ last @ left], [np.zeros((n, n)), F.T]])
-    late = np.linalg.matrix_power(block, here.samples)[:n, n:]
+    F, left, n = here.closed, here.left, len(here.closed)
+    every, Z = summed(F.T, C.T @ inverse @ C, 2**DOUBLINGS), summed(F, left, here.samples)
+    with np.errstate(all="ignore"):
+        last = np.linalg.matrix_power(F, here.samples)
+        block = np.block([[F.T, every @ last @ left], [np.zeros((n, n)), F.T]])
+        late = np.linalg.matrix_power(block, here.samples)[:n, n:]
     seen = inverse @ C
     return 2 * (every @ F @ Z - late), 2 * seen @ Z, -seen @ Z @ seen.T

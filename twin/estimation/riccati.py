@@ -47,16 +47,20 @@ def stationary(A, C, Q, R, S):  # type: ignore[no-untyped-def]
 
 
 def summed(F: Array, terms: Array, count: int) -> Array:
-    """Return the sum of F^k M F^kT over k < count by doubling, of matrices (..., n, n)."""
+    """Return the sum of F^k M F^kT over k < count by doubling, of matrices (..., n, n).
+
+    Where F does not decay it may not be finite.
+    """
     total, before, power = np.zeros_like(terms), np.eye(F.shape[-1]), F
-    while count:
-        more = power @ terms @ power.swapaxes(-1, -2)
-        if np.all(_largest(more) <= SETTLED * _largest(terms)):
-            return total + before @ terms @ before.swapaxes(-1, -2)
-        if count % 2:
-            total = total + before @ terms @ before.swapaxes(-1, -2)
-            before = before @ power
-        terms, power, count = terms + more, power @ power, count // 2
+    with np.errstate(all="ignore"):
+        while count:
+            more = power @ terms @ power.swapaxes(-1, -2)
+            if np.all(_largest(more) <= SETTLED * _largest(terms)):
+                return total + before @ terms @ before.swapaxes(-1, -2)
+            if count % 2:
+                total = total + before @ terms @ before.swapaxes(-1, -2)
+                before = before @ power
+            terms, power, count = terms + more, power @ power, count // 2
     return total
 
 
