@@ -29,8 +29,8 @@ TEXT = (
     "within three of their stated standard deviations of the model's; then the closure: a twin "
     "that has a mechanism is diagnosed with virtual recordings of itself (own), the twin that "
     "lacks it gets it named, and the twin so explained is diagnosed again. What a structure's rows "
-    "lack was not run to its end; the chain's row of dry friction is of c1b6077, on an engine "
-    "between it was wrong."
+    "lack was not run to its end; the chain's row of dry friction was wrong on 9ad5bfa and is that "
+    "of c1b6077."
 )
 COMMANDS = (
     "python -m experiments.structures_identified --out identified",

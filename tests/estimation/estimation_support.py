@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import pytest
 
 from twin.estimation.laws import Law
 from twin.estimation.low_pass import LowPass
@@ -142,6 +143,21 @@ class TwoMasses:
 
     def blur(self, forces, system):
         raise AssertionError("nothing is blurred")
+
+
+def assert_gradient(model, z, of_spread, rel=0.0):
+    """The gradient is that of the likelihood to a share of its own spread, or of itself."""
+    from twin.estimation.likelihood import evaluate
+
+    here = evaluate(model, z)
+    for i, unknown in enumerate(model.unknowns):
+        step = np.zeros(len(z))
+        step[i] = 1e-4
+        a, b = (evaluate(model, z + s * step, derivatives=False) for s in (1, -1))
+        change = (a.log_likelihood - b.log_likelihood) / 2e-4
+        spread = np.sqrt(here.information[i, i])
+        near = pytest.approx(change, rel=rel, abs=of_spread * spread)
+        assert here.gradient[i] == near, unknown.name
 
 
 def shaken(samples: int, seed: int, laws=(), ports=(), noise=(0.05, 0.02), missing=0.0) -> Trial:

@@ -9,6 +9,7 @@ from estimation_support import (
     SLIDERS,
     SLIP,
     TwoMasses,
+    assert_gradient,
     shaken,
 )
 from scipy.stats import multivariate_normal
@@ -141,18 +142,6 @@ def test_beside_a_first_state_of_wide_prior_the_gradient_is_right_to_a_hundredth
         change = (a.log_likelihood - b.log_likelihood) / (2 * step[i])
         spread = np.sqrt(here.information[i, i])
         assert here.gradient[i] == pytest.approx(change, abs=0.01 * spread), unknown.name
-
-
-def assert_gradient(model, z, of_spread):
-    """The gradient is that of the likelihood to a share of its own spread."""
-    here = evaluate(model, z)
-    for i, unknown in enumerate(model.unknowns):
-        step = np.zeros(len(z))
-        step[i] = 1e-4
-        a, b = (evaluate(model, z + s * step, derivatives=False) for s in (1, -1))
-        change = (a.log_likelihood - b.log_likelihood) / 2e-4
-        spread = np.sqrt(here.information[i, i])
-        assert here.gradient[i] == pytest.approx(change, abs=of_spread * spread), unknown.name
 
 
 def test_with_gaps_the_gradient_is_that_of_the_likelihood_to_a_fraction_of_its_spread():

@@ -44,8 +44,8 @@ class Settled:
         linear: A, C, W and V of unit disturbances, Q and R.
         closed: what a sample leaves of an error of the state, A - K C, (n, n).
         slopes: H whitened, of as many samples as it counts in, as rows, (rows, n).
-        told: G, (n, n).
-        left: N, (n, n).
+        gramian: G, the observability Gramian of these samples, (n, n).
+        posterior: N, the posterior covariance of d, (n, n).
         odds: -1/2 log det (1 + D G).
         samples: that were measured.
     """
@@ -54,8 +54,8 @@ class Settled:
     linear: tuple[Array, ...]
     closed: Array
     slopes: Array
-    told: Array
-    left: Array
+    gramian: Array
+    posterior: Array
     odds: float
     samples: int
 
@@ -86,12 +86,12 @@ class Settled:
             NoLikelihoodError: the model runs away.
         """
         still = self.slopes.T @ part.white.ravel()[self.rows]
-        b = still + self.told @ state
-        mean = self.left @ b
+        b = still + self.gramian @ state
+        mean = self.posterior @ b
         value = part.value - float(state @ (still + b)) / 2 + 0.5 * float(b @ mean) + self.odds
         if not (np.isfinite(value) and np.all(np.isfinite(mean))):
             raise NoLikelihoodError("the model runs away from where the recording begins")
-        return Beginning(mean, b - self.told @ mean, value)
+        return Beginning(mean, b - self.gramian @ mean, value)
 
 
 @dataclass(frozen=True)
@@ -157,11 +157,11 @@ def settled(
     seen = Seen(C, S, root, K, A - K @ C)
     with np.errstate(all="ignore"):  # a filter that does not forget has no likelihood
         slopes = _slopes(seen, samples, None if blur is None else blur[between])
-        told = slopes.T @ slopes
+        gramian = slopes.T @ slopes
         start = after(A, Q, noise.start, first)
-    left, log_det = _left(start, P, told)
+    posterior, log_det = _posterior(start, P, gramian)
     linear = A, C, W, V, plant.Q, R
-    return Settled(gain, linear, seen.closed, slopes, told, left, -0.5 * log_det, samples)
+    return Settled(gain, linear, seen.closed, slopes, gramian, posterior, -0.5 * log_det, samples)
 
 
 @dataclass(frozen=True)
@@ -216,7 +216,7 @@ def after(A: Array, Q: Array, start: Array, samples: int) -> Array:
     return np.asarray(moved @ start @ moved.swapaxes(-1, -2) + summed(A, Q, samples))
 
 
-def _left(start: Array, P: Array, told: Array) -> tuple[Array, float]:
+def _posterior(start: Array, P: Array, gramian: Array) -> tuple[Array, float]:
     """Return D (1 + G D)^-1 and log det (1 + D G), of D = P0 - P, all symmetric, (n, n).
 
     With D = L J L^T, J of ones and minus ones, in units of both covariances: there a prior may be
@@ -225,7 +225,7 @@ def _left(start: Array, P: Array, told: Array) -> tuple[Array, float]:
     Raises:
         NoLikelihoodError: no covariance of the state is left that is positive.
     """
-    if not (np.all(np.isfinite(start)) and np.all(np.isfinite(told))):
+    if not (np.all(np.isfinite(start)) and np.all(np.isfinite(gramian))):
         raise NoLikelihoodError("the first state may be anywhere")
     size = np.sqrt(np.maximum(np.diag(start) + np.diag(P), 0.0))
     scale = np.where(size > 0, size, 1.0)
@@ -233,9 +233,9 @@ def _left(start: Array, P: Array, told: Array) -> tuple[Array, float]:
     kept = np.abs(values) > len(values) * np.finfo(float).eps * np.max(np.abs(values), initial=0.0)
     signs = np.sign(values[kept])
     L = scale[:, None] * vectors[:, kept] * np.sqrt(np.abs(values[kept]))
-    inner = np.diag(signs) + L.T @ told @ L
+    inner = np.diag(signs) + L.T @ gramian @ L
     sign, log_det = np.linalg.slogdet(signs[:, None] * inner)
     if not sign > 0:
         raise NoLikelihoodError("the first state has no covariance")
-    left = L @ np.linalg.solve(inner, L.T)
-    return np.asarray((left + left.T) / 2), float(log_det)
+    posterior = L @ np.linalg.solve(inner, L.T)
+    return np.asarray((posterior + posterior.T) / 2), float(log_det)

@@ -23,13 +23,13 @@ class SettledSlopes:
     Attributes:
         gain: of state and held disturbances, (n + w, m, k).
         innovation: of the innovations' covariance, (m, m, k).
-        told: of what the first state adds to the log likelihood by what tells of it, (k,).
+        odds: of what the Gramian and the prior add to the log likelihood, (k,).
         spread: of D, (n, n, k).
     """
 
     gain: Array
     innovation: Array
-    told: Array
+    odds: Array
     spread: Array
 
 
@@ -84,10 +84,10 @@ def settled_slopes(
     dK = dA @ state + A @ dstate + dW @ held + W @ dheld
     dF = dA - dK @ C - K @ dC
     of_F, of_C, of_S = _of_told(here, C, inverse)
-    wide, told = dstart - dP, here.told
+    wide, G = dstart - dP, here.gramian
     traced = sum(np.einsum("ij,kij->k", of, d)
                  for of, d in ((of_F, dF), (of_C, dC), (of_S, dS)))  # fmt: skip
-    traced = traced + np.einsum("ij,kij->k", told - told @ here.left @ told, wide)
+    traced = traced + np.einsum("ij,kij->k", G - G @ here.posterior @ G, wide)
     level = noise.held[:, None]
     dgain = np.concatenate([dstate, level * dheld + dlevel[:, :, None] * held], axis=1)
     gain, innovation, spread = (np.moveaxis(d, 0, -1) for d in (dgain, dS, wide))
@@ -100,11 +100,11 @@ def _of_told(here: Settled, C: Array, inverse: Array) -> tuple[Array, Array, Arr
     G is the sum over the samples that there are, that over any number of them less that over those
     later; that outputs may be more uncertain at times is left out.
     """
-    F, left, n = here.closed, here.left, len(here.closed)
-    every, Z = summed(F.T, C.T @ inverse @ C, 2**DOUBLINGS), summed(F, left, here.samples)
+    F, N, n = here.closed, here.posterior, len(here.closed)
+    every, Z = summed(F.T, C.T @ inverse @ C, 2**DOUBLINGS), summed(F, N, here.samples)
     with np.errstate(all="ignore"):
         last = np.linalg.matrix_power(F, here.samples)
-        block = np.block([[F.T, every @ last @ left], [np.zeros((n, n)), F.T]])
+        block = np.block([[F.T, every @ last @ N], [np.zeros((n, n)), F.T]])
         late = np.linalg.matrix_power(block, here.samples)[:n, n:]
     seen = inverse @ C
     return 2 * (every @ F @ Z - late), 2 * seen @ Z, -seen @ Z @ seen.T

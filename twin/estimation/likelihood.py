@@ -110,7 +110,7 @@ def _begun(
         there = run(here, begin, plant, found.gain, averages=averages, added=added)
         likeliest = found.of(gaussian(there, begin), state).state
         step, state = likeliest - state, likeliest
-        if float(step @ found.told @ step) < 2 * ENOUGH:
+        if float(step @ found.gramian @ step) < 2 * ENOUGH:
             break
     return found, state
 
@@ -204,10 +204,10 @@ def _add_first_state(
     """
     columns = np.array(slopes.columns, int)
     across = found.slopes.T @ white[found.rows]
-    information[np.ix_(columns, columns)] -= across.T @ found.left @ across
+    information[np.ix_(columns, columns)] -= across.T @ found.posterior @ across
     if slopes.settled is not None:
         more = np.einsum("i,j,ijk->k", told.pull, told.pull, slopes.settled.spread)
-        gradient[columns[slopes.settled_columns]] += slopes.settled.told + 0.5 * more
+        gradient[columns[slopes.settled_columns]] += slopes.settled.odds + 0.5 * more
 
 
 def _by_errors(
